@@ -90,7 +90,7 @@ pub use register::{
     RegisterTag,
 };
 pub use routing::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteLeg, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable,
     SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
 pub use said::{Said, Wording, fixed, say};

@@ -5,24 +5,30 @@ use crate::cli::Common;
 use crate::cli::chart::{index, place};
 use crate::cli::say::{complain, say};
 use anyhow::{Context as _, anyhow, bail, ensure};
-use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
+use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SeaRouteObjective, SpeedUnit};
 use charts::depth_index::{ChartTrust, Demand};
-use clap::Args;
+use clap::{Args, ValueEnum};
+use geofile::currents::{self, CurrentField};
 use guard::GuardLimits;
-use mission::{Cost, Current};
-use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router};
+use planner::{
+    Cancel, CurrentGrid, Currents, Flow, LegCost, Needs, Objective, Passable, Preferences, Refusal, Request,
+    Route, RouteLeg, Router, SpeedLimit,
+};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use shore::clock::Clock;
 use shore::plans::{self, Format};
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use units::LatLon;
+use units::{LatLon, UtcTime};
 
 /// Longer lines of a file of pairs are refused (bytes).
 const LONGEST_LINE: usize = 64 * 1024;
+/// Larger files of currents are refused (bytes).
+const LARGEST_FIELD: u64 = 256 << 20;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -30,10 +36,15 @@ const LONGEST_LINE: usize = 64 * 1024;
   lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --avoid farms.geojson --current 250,0.4
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --alternatives 2
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --objective fastest --current-field tide.csv
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --prefer-depth 20 --prefer-off 100
   lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
 
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
   {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5, \"clearance\": 25}
+
+A current field is CSV with the columns time,lat,lon,east_mps,north_mps (ISO 8601, degrees, m/s), or NetCDF of the
+classic format by the CF conventions. Beyond its edges and times the current is not known: then there is no time.
 
 It exits with a failure if no route exists; with --pairs, if a line is malformed.")]
 pub(super) struct RouteArguments {
@@ -76,16 +87,37 @@ pub(super) struct RouteArguments {
     /// GeoJSON file with one polygon to stay within.
     #[arg(long, value_name = "FILE")]
     within: Option<PathBuf>,
+    /// What the route is good for.
+    #[arg(long, value_enum, default_value_t = Best::Shortest)]
+    objective: Best,
+    /// Water charted shallower than this costs more (m).
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    prefer_depth: Option<f64>,
+    /// Water nearer than this to land, dangers and water that is not deep enough costs more (m).
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    prefer_off: Option<f64>,
+    /// How many times as much water costs that is not preferred.
+    #[arg(long, value_name = "N", default_value_t = 3.0, allow_negative_numbers = true)]
+    prefer_factor: f64,
+    /// A speed limit (m/s) in the polygons of a GeoJSON file; may be repeated.
+    #[arg(long, value_name = "MPS,FILE", value_parser = limit)]
+    limit: Vec<(f64, PathBuf)>,
     /// A steady current that time and energy are reckoned in: where it flows to (degrees), and how fast (m/s).
     #[arg(long, value_name = "DEG,MPS", value_parser = current)]
-    current: Option<Current>,
+    current: Option<Flow>,
+    /// A current that changes with place and time, from a file.
+    #[arg(long, value_name = "FILE", conflicts_with = "current")]
+    current_field: Option<PathBuf>,
+    /// When the route begins: which times of the current field count [default: now].
+    #[arg(long, value_name = "TIME")]
+    depart: Option<UtcTime>,
     /// Height of the water above chart datum (m).
     #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
     water_level: f64,
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
     errors: bool,
-    /// Speed through the water for time and energy (m/s).
+    /// Speed through the water for time and energy (m/s); for the least energy the greatest one.
     #[arg(long, value_name = "MPS", default_value_t = 1.5)]
     speed: f64,
     /// Write the route as a plan to a file: .geojson, .gpx, or .json for an IMC PlanSpecification.
@@ -94,6 +126,17 @@ pub(super) struct RouteArguments {
     /// Answer in JSON, for scripts.
     #[arg(long)]
     json: bool,
+}
+
+/// What a route is good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Best {
+    /// The least length.
+    Shortest,
+    /// The least time.
+    Fastest,
+    /// The least energy, at --speed or slower.
+    LeastEnergy,
 }
 
 /// One line of a file of pairs.
@@ -111,6 +154,7 @@ struct Pair {
 struct Terms<'a> {
     arguments: &'a RouteArguments,
     limits: GuardLimits,
+    objective: Objective,
     router: Router,
 }
 
@@ -128,21 +172,63 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let margin_m = arguments.clearance.unwrap_or(f64::INFINITY).min(limits.half_width_m()).max(0.0);
     let zones = zones::read(&arguments.avoid, arguments.within.as_deref(), margin_m)?;
     let router = Router::new(Arc::new(index(&db)?));
-    let router = router.in_zones(zones.unwrap_or_default());
-    let terms = Terms { arguments, limits, router };
+    let objective = objective(arguments)?;
+    let router = router.in_zones(zones.unwrap_or_default()).by_objective(objective.clone())?;
+    let terms = Terms { arguments, limits, objective, router };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),
         None => terms.one(format),
     }
 }
 
-fn current(text: &str) -> Result<Current, String> {
+fn objective(arguments: &RouteArguments) -> anyhow::Result<Objective> {
+    let best = match arguments.objective {
+        Best::Shortest => SeaRouteObjective::Shortest,
+        Best::Fastest => SeaRouteObjective::Fastest,
+        Best::LeastEnergy => SeaRouteObjective::LeastEnergy,
+    };
+    let currents = match &arguments.current_field {
+        Some(file) => Currents::Grid(current_field(file).with_context(|| file.display().to_string())?),
+        None => Currents::Steady(arguments.current.unwrap_or_default()),
+    };
+    let mut limits = Vec::new();
+    for (most_mps, file) in &arguments.limit {
+        let all = zones::read_all(file)?;
+        limits.extend(all.into_iter().map(|zone| SpeedLimit { zone, most_mps: *most_mps }));
+    }
+    let RouteArguments { prefer_depth: depth_m, prefer_off: off_m, prefer_factor: factor, .. } = *arguments;
+    Ok(Objective {
+        currents,
+        preferences: Preferences { depth_m, off_m, factor },
+        limits,
+        depart_s: arguments.depart.unwrap_or_else(|| Clock::real().utc()).seconds(),
+        ..shore::routing::aimed(best, arguments.speed)
+    })
+}
+
+fn current_field(file: &Path) -> anyhow::Result<CurrentGrid> {
+    let size = fs::metadata(file)?.len();
+    ensure!(
+        size <= LARGEST_FIELD,
+        "it is larger than {} MB; cut it to the area and the time of the route",
+        LARGEST_FIELD >> 20
+    );
+    let CurrentField { times_s, lats_deg, lons_deg, east_mps, north_mps } = currents::read(&fs::read(file)?)?;
+    Ok(CurrentGrid::new(times_s, lats_deg, lons_deg, &east_mps, &north_mps)?)
+}
+
+fn limit(text: &str) -> Result<(f64, PathBuf), String> {
+    let parts = text.split_once(',').and_then(|(mps, file)| Some((mps.trim().parse().ok()?, file.into())));
+    parts.ok_or_else(|| "give a speed in m/s and a GeoJSON file, such as 2.5,harbour.geojson".to_owned())
+}
+
+fn current(text: &str) -> Result<Flow, String> {
     let numbers = text.split_once(',').map(|(set, drift)| (set.trim().parse(), drift.trim().parse()));
     match numbers {
         Some((Ok(set_deg), Ok(drift_mps)))
             if f64::is_finite(set_deg) && (0.0..=10.0).contains(&drift_mps) =>
         {
-            Ok(Current { set_rad: set_deg.to_radians(), drift_mps })
+            Ok(Flow::set_and_drift(set_deg.to_radians(), drift_mps))
         }
         _ => Err("give where it flows to in degrees and how fast, 0 to 10 m/s, such as 250,0.4".to_owned()),
     }
@@ -202,7 +288,7 @@ impl Terms<'_> {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
-                    write(out, format, &route, arguments.speed)?;
+                    write(out, format, &route, self.speed_mps(&route))?;
                 }
                 if arguments.json {
                     let mut answer = self.described(&Value::Null, &route, time_us);
@@ -212,6 +298,7 @@ impl Terms<'_> {
                     say!("{answer}");
                 } else {
                     self.print(&route, &needs);
+                    self.print_shortest(&route, &needs);
                     self.print_alternatives(&route, &needs);
                 }
                 Ok(())
@@ -309,12 +396,14 @@ impl Terms<'_> {
     }
 
     fn described(&self, id: &Value, route: &Route, time_us: u128) -> Value {
+        let speed_mps = self.speed_mps(route);
+        let costs = self.objective.reckon(&route.legs, speed_mps);
         let points: Vec<[f64; 2]> = route.places().map(|place| [place.lat_deg(), place.lon_deg()]).collect();
         let legs: Vec<Value> = route
             .legs
             .iter()
-            .map(|leg| {
-                let cost = self.cost(leg);
+            .zip(&costs)
+            .map(|(leg, cost)| {
                 json!({"length_m": leg.length_m, "duration_s": cost.duration_s,
                        "energy_wh": cost.energy_j.map(|energy_j| energy_j / 3_600.0), "min_depth_m": leg.worst.water.least_m(),
                        "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
@@ -323,22 +412,27 @@ impl Terms<'_> {
             })
             .collect();
         let moved = |moved: Option<planner::Moved>| moved.map(|moved| moved.distance_m);
-        let (duration_s, energy_wh) = self.costs(route);
+        let (duration_s, energy_wh) = sum(&costs);
+        let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
+        let shortest = route.shortest.as_ref().map(|shortest| self.described(id, shortest, time_us));
         json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
-               "duration_s": duration_s, "energy_wh": energy_wh,
+               "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
+               "current_unknown_m": unknown_m, "shortest": shortest,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
-    fn cost(&self, leg: &RouteLeg) -> Cost {
-        shore::routing::cost(leg, self.arguments.speed, self.arguments.current.unwrap_or_default())
+    fn speed_mps(&self, route: &Route) -> f64 {
+        route.through_water_mps.unwrap_or(self.objective.through_water_mps)
     }
 
-    /// Time (s) and energy (Wh) of a whole route; nothing where the current is too strong.
-    fn costs(&self, route: &Route) -> (Option<f64>, Option<f64>) {
-        let legs = || route.legs.iter().map(|leg| self.cost(leg));
-        let energy_j: Option<f64> = legs().map(|cost| cost.energy_j).sum();
-        (legs().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
+    fn print_shortest(&self, route: &Route, needs: &Needs) {
+        if let Some(shortest) = &route.shortest {
+            say!("\nthe shortest route, {:.0} m shorter:", route.length_m - shortest.length_m);
+            self.print(shortest, needs);
+        } else if !self.objective.is_shortest() {
+            say!("this is the shortest route too");
+        }
     }
 
     fn print_alternatives(&self, route: &Route, needs: &Needs) {
@@ -346,7 +440,9 @@ impl Terms<'_> {
             say!("\nno other route differs from this one and is less than twice as long");
         }
         for (number, other) in (1..).zip(&route.alternatives) {
-            say!("\nalternative {number}, {:.0} m longer:", other.length_m - route.length_m);
+            let longer_m = other.length_m - route.length_m;
+            let than = if longer_m < 0.0 { "shorter" } else { "longer" };
+            say!("\nalternative {number}, {:.0} m {than}:", longer_m.abs());
             self.print(other, needs);
         }
     }
@@ -376,21 +472,31 @@ impl Terms<'_> {
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
         let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
-        let takes = match self.costs(route) {
+        let speed_mps = self.speed_mps(route);
+        let costs = self.objective.reckon(&route.legs, speed_mps);
+        let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
+        let takes = match sum(&costs) {
             (Some(duration_s), Some(energy_wh)) => {
                 format!("{:.0} min and {energy_wh:.0} Wh (estimate)", duration_s / 60.0)
             }
+            (Some(duration_s), None) => format!("{:.0} min", duration_s / 60.0),
+            _ if unknown_m > 0.0 => format!("the current is not known on {unknown_m:.0} m"),
             _ => "the current is too strong".to_owned(),
         };
         say!(
-            "{:.1} m in {} legs, {takes} at {} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
+            "{:.1} m in {} legs, {takes} at {speed_mps:.2} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
             route.length_m,
             route.legs.len(),
-            self.arguments.speed,
             needs.demand.needed_m(),
             needs.clearance_m,
         );
     }
+}
+
+/// Time (s) and energy (Wh) of a whole route; nothing where those of a leg are not known.
+fn sum(costs: &[LegCost]) -> (Option<f64>, Option<f64>) {
+    let energy_j: Option<f64> = costs.iter().map(|cost| cost.energy_j).sum();
+    (costs.iter().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
 }
 
 /// Why the turn at the end of a leg cannot be sailed as asked.
