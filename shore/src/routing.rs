@@ -11,8 +11,8 @@ use crate::charts::Set;
 use crate::charts::verdict::reason;
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
-    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
+    SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
@@ -215,7 +215,8 @@ impl Question {
         let speed_mps = route.through_water_mps.unwrap_or(self.objective.through_water_mps);
         let costs = self.objective.reckon(&route.legs, speed_mps);
         let current_unknown_m = costs.iter().map(|cost| cost.unknown_m).sum();
-        let legs: Vec<SeaRouteLeg> = route.legs.iter().zip(costs).map(|(leg, cost)| described_leg(leg, cost)).collect();
+        let legs: Vec<SeaRouteLeg> =
+            route.legs.iter().zip(costs).map(|(leg, cost)| described_leg(leg, cost)).collect();
         SeaRoute {
             points: route.places().map(degrees).collect(),
             length_m: route.length_m,

@@ -68,11 +68,6 @@ impl Currents {
         }
     }
 
-    /// Whether there is no current anywhere.
-    pub(crate) fn is_still(&self) -> bool {
-        matches!(self, Self::Steady(flow) if flow.drift_mps() == 0.0)
-    }
-
     /// Whether it changes from place to place or with time.
     pub(crate) fn varies(&self) -> bool {
         matches!(self, Self::Grid(_))
@@ -144,7 +139,9 @@ pub enum CurrentGridError {
         needed: usize,
     },
     /// Too many values.
-    #[error("the grid has {0} values; up to {MOST_VALUES} are read: cut it to the area and the time of the route")]
+    #[error(
+        "the grid has {0} values; up to {MOST_VALUES} are read: cut it to the area and the time of the route"
+    )]
     Large(usize),
     /// A speed that is no current.
     #[error("{component}: value {number} is {found} m/s; up to {MOST_MPS} m/s is taken: give m/s")]
@@ -288,9 +285,10 @@ mod tests {
         let mut east = Vec::new();
         for step in 0..2_u8 {
             for row in 0..3_u8 {
-                east.extend((0..lons_deg.len()).map(|column| {
-                    0.1 * f32::from(step) + 0.01 * f32::from(row) + 0.001 * column as f32
-                }));
+                east.extend(
+                    (0..lons_deg.len())
+                        .map(|column| 0.1 * f32::from(step) + 0.01 * f32::from(row) + 0.001 * column as f32),
+                );
             }
         }
         let north = vec![0.5; east.len()];
@@ -316,9 +314,14 @@ mod tests {
         assert!(near(at(63.0, 10.0, 0.0), 0.0) && near(at(63.3, 10.2, 3_600.0), 0.121));
         assert!(near(at(63.05, 10.05, 900.0), 0.025 + 0.005 + 0.000_25));
         assert!(near(at(63.2, 10.1, 1_800.0), 0.05 + 0.015 + 0.000_5));
-        for (lat, lon, time_s) in
-            [(62.99, 10.1, 0.0), (63.31, 10.1, 0.0), (63.1, 9.9, 0.0), (63.1, 10.3, 0.0), (63.1, 10.1, -1.0), (63.1, 10.1, 3_601.0)]
-        {
+        for (lat, lon, time_s) in [
+            (62.99, 10.1, 0.0),
+            (63.31, 10.1, 0.0),
+            (63.1, 9.9, 0.0),
+            (63.1, 10.3, 0.0),
+            (63.1, 10.1, -1.0),
+            (63.1, 10.1, 3_601.0),
+        ] {
             assert_eq!(at(lat, lon, time_s), None, "{lat} {lon} {time_s}");
         }
     }
@@ -344,7 +347,9 @@ mod tests {
     fn what_is_no_grid_is_refused_by_name() {
         let try_new = |times: &[f64], lats: &[f64], lons: &[f64], east: &[f32]| {
             let north = vec![0.0; east.len()];
-            CurrentGrid::new(times.to_vec(), lats.to_vec(), lons.to_vec(), east, &north).unwrap_err().to_string()
+            CurrentGrid::new(times.to_vec(), lats.to_vec(), lons.to_vec(), east, &north)
+                .unwrap_err()
+                .to_string()
         };
         let (lats, lons) = ([63.0, 63.1], [10.0, 10.1]);
         for (text, part) in [

@@ -41,7 +41,8 @@ impl Reach {
     fn bounds(&self) -> Bounds {
         let middle = self.from.towards(self.to, 0.5);
         let straight_m = self.from.distance_m(self.to);
-        let (long_m, short_m) = (self.most_m / 2.0, (self.most_m.powi(2) - straight_m.powi(2)).max(0.0).sqrt() / 2.0);
+        let (long_m, short_m) =
+            (self.most_m / 2.0, (self.most_m.powi(2) - straight_m.powi(2)).max(0.0).sqrt() / 2.0);
         let along = if straight_m > 0.0 {
             Point { x: (self.to.x - self.from.x) / straight_m, y: (self.to.y - self.from.y) / straight_m }
         } else {
@@ -83,7 +84,8 @@ impl Lattice {
         let (from, to) = (ways[0][0], ways[0][ways[0].len() - 1]);
         let reach = Reach { from, to, most_m };
         let bounds = reach.bounds();
-        let [wide_m, high_m] = [bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y].map(|side_m| side_m.max(1.0));
+        let [wide_m, high_m] =
+            [bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y].map(|side_m| side_m.max(1.0));
         let spacing_m = spacing_m(mesh, &reach, &bounds).max((wide_m * high_m / MOST_SQUARES).sqrt());
         cancel.check()?;
         let size_m = NEAR * spacing_m;
@@ -148,7 +150,8 @@ impl Lattice {
         let origin = self.bounds.min;
         loop {
             let mut taken = BTreeSet::new();
-            let square = |at: &Point| [((at.x - origin.x) / size_m) as u32, ((at.y - origin.y) / size_m) as u32];
+            let square =
+                |at: &Point| [((at.x - origin.x) / size_m) as u32, ((at.y - origin.y) / size_m) as u32];
             let kept: Vec<Point> = corners.iter().filter(|at| taken.insert(square(at))).copied().collect();
             if kept.len() <= MOST_CORNERS {
                 kept.into_iter().for_each(|at| _ = self.add(at));
@@ -180,11 +183,11 @@ impl Lattice {
         let (column, row) = self.column_and_row(at);
         let rows = row.saturating_sub(1)..=(row + 1).min(rows - 1);
         let columns = column.saturating_sub(1)..=(column + 1).min(self.columns - 1);
-        let squares = rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column));
+        let squares =
+            rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column));
         let around = squares.flat_map(|square| self.squares[square].iter().copied());
-        let around = around.filter(move |other| {
-            *other != point && self.points[*other as usize].distance_m(at) <= within_m
-        });
+        let around = around
+            .filter(move |other| *other != point && self.points[*other as usize].distance_m(at) <= within_m);
         around.chain(self.on_way[point as usize].into_iter().flatten())
     }
 

@@ -191,7 +191,8 @@ impl Objective {
     pub(crate) fn preferred(&self, needs: &Needs) -> [Option<Needs>; 2] {
         let Preferences { depth_m, off_m, .. } = self.preferences;
         let deep = depth_m.filter(|depth_m| *depth_m > needs.demand.needed_m()).map(|depth_m| {
-            let demand = Demand { draught_m: depth_m, squat_m: 0.0, reserve_m: 0.0, position_m: 0.0, ..needs.demand };
+            let demand =
+                Demand { draught_m: depth_m, squat_m: 0.0, reserve_m: 0.0, position_m: 0.0, ..needs.demand };
             Needs { demand, clearance_m: 0.0 }
         });
         let off = off_m.filter(|off_m| *off_m > needs.clearance_m);

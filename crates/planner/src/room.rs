@@ -197,7 +197,8 @@ impl SeaRoom {
         let barrier_m = self.clearance(at, at, most_m + off_m).map_or(most_m, |(clear_m, _)| clear_m - off_m);
         let here = Bounds::of(&[at]);
         let border_off_m = self.zones.margin_m() + SLACK_M;
-        let near = self.borders.iter().filter(|side| Bounds::of(*side).distance_m(&here) <= most_m + border_off_m);
+        let near =
+            self.borders.iter().filter(|side| Bounds::of(*side).distance_m(&here) <= most_m + border_off_m);
         let border_m = near.map(|[a, b]| at.distance_m(at.nearest_on(*a, *b)) - border_off_m);
         border_m.fold(barrier_m, f64::min).max(0.0)
     }

@@ -180,13 +180,13 @@ impl Conditions {
     fn at(&mut self, sailing: &Sailing<'_>, at: Point) -> Spot {
         // Saturate at 0.
         let column = (((at.x - self.origin.x) / self.size_m) as usize).min(self.columns - 1);
-        let row = (((at.y - self.origin.y) / self.size_m) as usize).min(self.numbers.len() / self.columns - 1);
+        let row =
+            (((at.y - self.origin.y) / self.size_m) as usize).min(self.numbers.len() / self.columns - 1);
         let number = &mut self.numbers[row * self.columns + column];
         if *number == u32::MAX {
             *number = self.spots.len() as u32;
             let middle = |cell: usize| (cell as f64 + 0.5) * self.size_m;
-            let middle =
-                Point { x: self.origin.x + middle(column), y: self.origin.y + middle(row) };
+            let middle = Point { x: self.origin.x + middle(column), y: self.origin.y + middle(row) };
             self.spots.push(sailing.spot(middle));
         }
         self.spots[*number as usize]

@@ -36,7 +36,9 @@ pub(super) fn objective(ask: &SeaRouteRequest, now: UtcTime) -> Result<Objective
         return Err(format!("speed_mps: {speed_mps} is not within 0.05 to 20 m/s"));
     }
     let currents = match (&ask.current, &ask.current_grid) {
-        (Some(_), Some(_)) => return Err("current_grid: give a steady current or a grid, not both".to_owned()),
+        (Some(_), Some(_)) => {
+            return Err("current_grid: give a steady current or a grid, not both".to_owned());
+        }
         (steady, None) => Currents::Steady(steady.as_ref().map_or(Ok(Flow::default()), flow)?),
         (None, Some(of)) => Currents::Grid(grid(of).map_err(|text| format!("current_grid: {text}"))?),
     };
@@ -65,7 +67,9 @@ fn flow(SeaRouteCurrent { set_deg, drift_mps }: &SeaRouteCurrent) -> Result<Flow
 
 fn grid(of: &SeaRouteCurrentGrid) -> Result<CurrentGrid, String> {
     if of.east_mps.len().max(of.north_mps.len()) > MOST_CROSSINGS {
-        return Err(format!("there are more than {MOST_CROSSINGS} values; cut it to the area and the time of the route"));
+        return Err(format!(
+            "there are more than {MOST_CROSSINGS} values; cut it to the area and the time of the route"
+        ));
     }
     let times_s = of.times_us.iter().map(|time_us| UtcTime::from_micros(*time_us).seconds()).collect();
     let values =

@@ -4,12 +4,12 @@
 import { signal } from "@preact/signals";
 import { h } from "preact";
 import { postJson, reason } from "../api/http";
-import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteRequest } from "../api/types.gen";
+import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteObjective, SeaRouteRequest } from "../api/types.gen";
 import { SeaRoutePanel, type SeaRouteModel } from "../components/searoute";
 import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
-import { type Around, placesOfRoute, routesOf, stretchAt, withRoute, withWayAround } from "../state/searoute";
+import { type Around, placesOfRoute, routesOf, speedFor, stretchAt, withRoute, withWayAround } from "../state/searoute";
 import { type Area, crosses, hasRoom, keepAreas, keptAreas, zonesOf } from "../state/avoided";
 import { same } from "../state/plan";
 import { t } from "../words/words";
@@ -40,7 +40,7 @@ export class SeaRouteTool {
   private chosen: PlanPlace[] = [];
   private around: Around | undefined;
   private readonly onMap: SeaRouteOnMap;
-  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), set: signal(0), drift: signal(0), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
   /** A place is under the hand. */
   private dragging = false;
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
@@ -56,6 +56,10 @@ export class SeaRouteTool {
     });
     const act = {
       ask: () => this.anew(),
+      aim: (objective: SeaRouteObjective) => {
+        this.model.objective.value = objective;
+        this.anew();
+      },
       explain: () => void this.explain(),
       take: () => this.take(),
       choose: (way: number) => this.choose(way),
@@ -205,9 +209,15 @@ export class SeaRouteTool {
       least_depth_m: this.model.depth.value,
       clearance_m: this.model.clearance.value,
       turn_radius_m: null,
+      objective: this.model.objective.value,
+      prefer_depth_m: this.model.deeper.value > this.model.depth.value ? this.model.deeper.value : null,
+      prefer_off_m: null,
+      prefer_factor: null,
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
       zones: zonesOf(this.model.avoid.value),
-      current: null,
+      current: this.model.drift.value > 0 ? { set_deg: this.model.set.value, drift_mps: this.model.drift.value } : null,
+      current_grid: null,
+      depart_us: null,
       // Under the hand the one route is asked for, as often as can be; with places to pass a person has chosen already.
       alternatives: this.dragging || this.chosen.length > 2 ? 0 : ALTERNATIVES,
       explain,
@@ -280,7 +290,7 @@ export class SeaRouteTool {
     const route = this.chosenRoute();
     if (!route) return;
     const { editing } = this.needs;
-    const next: PlanDocument = this.around ? withWayAround(editing.plan, route, this.around) : withRoute(editing.plan, route, editing.speed, editing.selected?.step);
+    const next: PlanDocument = this.around ? withWayAround(editing.plan, route, this.around) : withRoute(editing.plan, route, speedFor(route, editing.speed), editing.selected?.step);
     this.close();
     editing.change(next);
   }

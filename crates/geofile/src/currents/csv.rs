@@ -25,7 +25,10 @@ pub(super) fn read(text: &str) -> Result<CurrentField, CurrentsError> {
     let mut rows = Vec::new();
     for (line, text) in lines {
         if rows.len() == MOST_LINES {
-            return Err(wrong(line, &format!("the file has more than {MOST_LINES} lines; cut it to the area and the time")));
+            return Err(wrong(
+                line,
+                &format!("the file has more than {MOST_LINES} lines; cut it to the area and the time"),
+            ));
         }
         rows.push(row(line, text, columns)?);
     }
@@ -42,7 +45,10 @@ fn columns(heading: &str) -> Result<[usize; 5], CurrentsError> {
     let mut found = [0; 5];
     for (at, wanted) in found.iter_mut().zip(COLUMNS) {
         *at = names.iter().position(|name| name == wanted).ok_or_else(|| {
-            wrong(1, &format!("the heading has no column {wanted}; begin the file with {}", COLUMNS.join(",")))
+            wrong(
+                1,
+                &format!("the heading has no column {wanted}; begin the file with {}", COLUMNS.join(",")),
+            )
         })?;
     }
     Ok(found)
@@ -53,7 +59,13 @@ fn row(line: usize, text: &str, columns: [usize; 5]) -> Result<Row, CurrentsErro
     let mut values = [""; 5];
     for ((value, column), name) in values.iter_mut().zip(columns).zip(COLUMNS) {
         *value = cells.get(column).ok_or_else(|| {
-            wrong(line, &format!("there is no {name}: it has {} columns; write one for each in the heading", cells.len()))
+            wrong(
+                line,
+                &format!(
+                    "there is no {name}: it has {} columns; write one for each in the heading",
+                    cells.len()
+                ),
+            )
         })?;
     }
     let [time, lat, lon, east, north] = values;
@@ -62,7 +74,9 @@ fn row(line: usize, text: &str, columns: [usize; 5]) -> Result<Row, CurrentsErro
     })?;
     let degrees = |name: &str, text: &str, least: f64, most: f64| {
         let number = text.parse().ok().filter(|degrees| (least..=most).contains(degrees));
-        number.ok_or_else(|| wrong(line, &format!("{name}: {} is not within {least} to {most} degrees", short(text))))
+        number.ok_or_else(|| {
+            wrong(line, &format!("{name}: {} is not within {least} to {most} degrees", short(text)))
+        })
     };
     let speed = |name: &str, text: &str| {
         if text.is_empty() || text.eq_ignore_ascii_case("nan") {
@@ -70,7 +84,13 @@ fn row(line: usize, text: &str, columns: [usize; 5]) -> Result<Row, CurrentsErro
         }
         let number = text.parse().ok().filter(|mps: &f32| mps.is_finite());
         number.ok_or_else(|| {
-            wrong(line, &format!("{name}: {} is not a speed in m/s; leave it empty where it is not known", short(text)))
+            wrong(
+                line,
+                &format!(
+                    "{name}: {} is not a speed in m/s; leave it empty where it is not known",
+                    short(text)
+                ),
+            )
         })
     };
     Ok(Row {
@@ -89,7 +109,8 @@ fn short(text: &str) -> String {
 
 fn field(rows: &[Row]) -> Result<CurrentField, CurrentsError> {
     let times: Vec<i64> = rows.iter().map(|row| row.time_us).collect::<BTreeSet<_>>().into_iter().collect();
-    let (lats_deg, lons_deg) = (axis(rows.iter().map(|row| row.lat_deg)), axis(rows.iter().map(|row| row.lon_deg)));
+    let (lats_deg, lons_deg) =
+        (axis(rows.iter().map(|row| row.lat_deg)), axis(rows.iter().map(|row| row.lon_deg)));
     let (rows_of, columns) = (lats_deg.len(), lons_deg.len());
     let crossings = times.len().saturating_mul(rows_of).saturating_mul(columns);
     if rows_of < 2 || columns < 2 {
@@ -112,7 +133,10 @@ fn field(rows: &[Row]) -> Result<CurrentField, CurrentsError> {
         let time = times.partition_point(|time| *time < row.time_us);
         let at = (time * rows_of + place(&lats_deg, row.lat_deg)) * columns + place(&lons_deg, row.lon_deg);
         if first_line[at] != 0 {
-            return Err(wrong(row.line, &format!("the same time and place as in line {}; remove one", first_line[at])));
+            return Err(wrong(
+                row.line,
+                &format!("the same time and place as in line {}; remove one", first_line[at]),
+            ));
         }
         (first_line[at], flows[at]) = (row.line, row.flow_mps);
     }

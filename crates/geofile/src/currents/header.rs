@@ -127,7 +127,10 @@ impl Header {
         let mut header = Self { dimensions, variables, record_bytes: 0 };
         for variable in &header.variables {
             if variable.dimensions.iter().any(|number| *number >= header.dimensions.len()) {
-                return Err(wrong(format!("the variable {} has a dimension that is not there", variable.name)));
+                return Err(wrong(format!(
+                    "the variable {} has a dimension that is not there",
+                    variable.name
+                )));
             }
         }
         let mut record_bytes = 0_usize;
@@ -142,7 +145,9 @@ impl Header {
         let first = of_records.iter().map(|variable| variable.begin).min();
         header.record_bytes = record_bytes;
         let records = match first {
-            Some(first) if records == STREAMING && record_bytes > 0 => bytes.len().saturating_sub(first) / record_bytes,
+            Some(first) if records == STREAMING && record_bytes > 0 => {
+                bytes.len().saturating_sub(first) / record_bytes
+            }
             _ => records,
         };
         for dimension in header.dimensions.iter_mut().filter(|dimension| dimension.of_records) {

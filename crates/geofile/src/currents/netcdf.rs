@@ -17,7 +17,8 @@ const NORTH: ([&str; 2], [&str; 6]) = (
     ["northward_sea_water_velocity", "surface_northward_sea_water_velocity"],
     ["v", "vo", "water_v", "v_northward", "north_mps", "vtotal"],
 );
-const METRES_A_SECOND: [&str; 7] = ["m s-1", "m/s", "m.s-1", "meter second-1", "metre second-1", "m s^-1", "m s**-1"];
+const METRES_A_SECOND: [&str; 7] =
+    ["m s-1", "m/s", "m.s-1", "meter second-1", "metre second-1", "m s^-1", "m s**-1"];
 /// Longest axis that is read.
 const LONGEST_AXIS: usize = 1 << 20;
 
@@ -30,7 +31,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<CurrentField, CurrentsError> {
     let file = File { bytes, header: Header::read(bytes)? };
     let (east, north) = (file.component("eastward", &EAST)?, file.component("northward", &NORTH)?);
     if east.dimensions != north.dimensions {
-        return Err(wrong(format!("{} and {} have other dimensions; give both on one grid", east.name, north.name)));
+        return Err(wrong(format!(
+            "{} and {} have other dimensions; give both on one grid",
+            east.name, north.name
+        )));
     }
     let (time, depth, lat, lon) = match east.dimensions[..] {
         [time, lat, lon] => (time, None, lat, lon),
@@ -44,7 +48,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<CurrentField, CurrentsError> {
         }
     };
     let times_s = file.times_s(time)?;
-    let (lats, lons) = (file.axis(lat, "latitude", "degrees_north")?, file.axis(lon, "longitude", "degrees_east")?);
+    let (lats, lons) =
+        (file.axis(lat, "latitude", "degrees_north")?, file.axis(lon, "longitude", "degrees_east")?);
     let level = depth.map_or(Ok(0), |depth| file.surface(depth))?;
     let crossings = times_s.len().saturating_mul(lats.len()).saturating_mul(lons.len());
     if crossings > MOST_CROSSINGS {
@@ -72,9 +77,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<CurrentField, CurrentsError> {
 }
 
 impl File<'_> {
-    fn component(&self, what: &str, (standard, usual): &([&str; 2], [&str; 6])) -> Result<&Variable, CurrentsError> {
+    fn component(
+        &self,
+        what: &str,
+        (standard, usual): &([&str; 2], [&str; 6]),
+    ) -> Result<&Variable, CurrentsError> {
         let variables = &self.header.variables;
-        let by_standard = variables.iter().find(|one| one.text("standard_name").is_some_and(|name| standard.contains(&name)));
+        let by_standard = variables
+            .iter()
+            .find(|one| one.text("standard_name").is_some_and(|name| standard.contains(&name)));
         let by_name = || variables.iter().find(|one| usual.contains(&one.name.to_ascii_lowercase().as_str()));
         let found = by_standard.or_else(by_name).ok_or_else(|| {
             let names: Vec<&str> = variables.iter().map(|one| one.name.as_str()).take(20).collect();
@@ -95,9 +106,12 @@ impl File<'_> {
     /// The variable that says where along a dimension values stand.
     fn coordinate(&self, dimension: usize) -> Result<&Variable, CurrentsError> {
         let name = &self.header.dimensions[dimension].name;
-        let found = self.header.variables.iter().find(|one| one.name == *name && one.dimensions == [dimension]);
+        let found =
+            self.header.variables.iter().find(|one| one.name == *name && one.dimensions == [dimension]);
         found.ok_or_else(|| {
-            wrong(format!("the dimension {name} has no variable of its name; regrid the file to latitude and longitude"))
+            wrong(format!(
+                "the dimension {name} has no variable of its name; regrid the file to latitude and longitude"
+            ))
         })
     }
 
@@ -119,7 +133,10 @@ impl File<'_> {
         let variable = self.coordinate(dimension)?;
         let units = variable.text("units").unwrap_or_default();
         let not_time = || {
-            wrong(format!("{} is in {units:?}; give a time such as hours since 2026-01-01 00:00:00", variable.name))
+            wrong(format!(
+                "{} is in {units:?}; give a time such as hours since 2026-01-01 00:00:00",
+                variable.name
+            ))
         };
         let (unit, since) = units.split_once(" since ").ok_or_else(not_time)?;
         let unit_s = match unit.trim().to_ascii_lowercase().as_str() {
@@ -150,23 +167,38 @@ impl File<'_> {
     fn all(&self, variable: &Variable) -> Result<Vec<f64>, CurrentsError> {
         let length = variable.dimensions.first().map_or(0, |first| self.header.dimensions[*first].length);
         if length > LONGEST_AXIS {
-            return Err(wrong(format!("{} has {length} values; {LONGEST_AXIS} at most are read", variable.name)));
+            return Err(wrong(format!(
+                "{} has {length} values; {LONGEST_AXIS} at most are read",
+                variable.name
+            )));
         }
-        let each = if self.header.is_of_records(variable) { self.header.record_bytes } else { variable.kind.bytes() };
-        let at = |number: usize| number.checked_mul(each).and_then(|offset| variable.begin.checked_add(offset));
+        let each = if self.header.is_of_records(variable) {
+            self.header.record_bytes
+        } else {
+            variable.kind.bytes()
+        };
+        let at =
+            |number: usize| number.checked_mul(each).and_then(|offset| variable.begin.checked_add(offset));
         (0..length).map(|number| self.number(variable, at(number))).collect()
     }
 
     fn number(&self, variable: &Variable, at: Option<usize>) -> Result<f64, CurrentsError> {
         let end = at.and_then(|at| at.checked_add(variable.kind.bytes()));
         let bytes = at.zip(end).and_then(|(at, end)| self.bytes.get(at..end));
-        let bytes = bytes.ok_or_else(|| wrong(format!("the file ends within {}; fetch it again", variable.name)))?;
+        let bytes =
+            bytes.ok_or_else(|| wrong(format!("the file ends within {}; fetch it again", variable.name)))?;
         Ok(variable.kind.number(bytes))
     }
 
     /// Values of one depth at all times; what is filled in is not a number.
-    fn levels(&self, variable: &Variable, level: usize, field: &CurrentField) -> Result<Vec<f32>, CurrentsError> {
-        let (scale, offset) = (variable.number("scale_factor").unwrap_or(1.0), variable.number("add_offset").unwrap_or(0.0));
+    fn levels(
+        &self,
+        variable: &Variable,
+        level: usize,
+        field: &CurrentField,
+    ) -> Result<Vec<f32>, CurrentsError> {
+        let (scale, offset) =
+            (variable.number("scale_factor").unwrap_or(1.0), variable.number("add_offset").unwrap_or(0.0));
         let missing = [variable.number("_FillValue"), variable.number("missing_value")];
         let of_records = self.header.is_of_records(variable);
         let at_once = self.header.values_at_once(variable);
@@ -179,7 +211,8 @@ impl File<'_> {
             for number in 0..in_level {
                 let in_step = level.checked_mul(in_level).and_then(|before| before.checked_add(number));
                 let within = in_step.and_then(|number| number.checked_mul(variable.kind.bytes()));
-                let begin = step.checked_mul(step_bytes).and_then(|before| variable.begin.checked_add(before));
+                let begin =
+                    step.checked_mul(step_bytes).and_then(|before| variable.begin.checked_add(before));
                 let at = begin.zip(within).and_then(|(begin, within)| begin.checked_add(within));
                 let stored = self.number(variable, at)?;
                 let filled = missing.contains(&Some(stored)) || !stored.is_finite() || stored.abs() > 1e30;
