@@ -178,10 +178,15 @@ impl Conditions {
     }
 
     fn at(&mut self, sailing: &Sailing<'_>, at: Point) -> Spot {
-        // Saturate at 0.
-        let column = (((at.x - self.origin.x) / self.size_m) as usize).min(self.columns - 1);
-        let row =
-            (((at.y - self.origin.y) / self.size_m) as usize).min(self.numbers.len() / self.columns - 1);
+        // Known ways may leave what is in reach.
+        if at.x < self.origin.x || at.y < self.origin.y {
+            return sailing.spot(at);
+        }
+        let column = ((at.x - self.origin.x) / self.size_m) as usize;
+        let row = ((at.y - self.origin.y) / self.size_m) as usize;
+        if column >= self.columns || row >= self.numbers.len() / self.columns {
+            return sailing.spot(at);
+        }
         let number = &mut self.numbers[row * self.columns + column];
         if *number == u32::MAX {
             *number = self.spots.len() as u32;

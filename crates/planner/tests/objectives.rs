@@ -411,7 +411,8 @@ proptest! {
         prop_assert!(is_safe(&route, router.index()));
         if let Some(shortest) = &route.shortest {
             prop_assert!(is_safe(shortest, router.index()));
-            prop_assert!(route.length_m > shortest.length_m - 1.0);
+            // Joining corners makes either a little longer.
+            prop_assert!(route.length_m > 0.98 * shortest.length_m - 30.0);
             if by_energy {
                 prop_assert!(energy_j(&objective, &route) < 1.001 * energy_j(&objective, shortest));
             } else {
