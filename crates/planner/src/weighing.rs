@@ -1,14 +1,19 @@
 //! The way of the least cost, near the known ways or far from them.
 //!
 //! First A* (P. E. Hart, N. J. Nilsson and B. Raphael 1968) over a [`Lattice`] of points that see each other: its estimate,
-//! the straight distance times the least cost of a metre anywhere, never says too much. Then the way that was found is
-//! pulled straight where that costs no more, and its corners are moved as long as that saves something.
+//! the straight distance times the least cost of a metre anywhere, never says too much. A point is also reached straight
+//! from the point before its neighbour (Theta*, A. Nash, K. Daniel, S. Koenig and A. Felner 2007), so that legs have any
+//! direction. Then the way that was found is pulled straight where that costs no more, and its corners are moved as long as
+//! that saves something.
 //!
-//! How near it comes to the best way: on the lattice it is the best one, but for energy and preferences in currents that
-//! change with time, where of two ways to a point the cheaper one is kept and not the earlier one. Directions on the
-//! lattice are those of the knight's move, which makes a way at most 2.8 % longer than a straight one in like water;
-//! pulling and moving take back most of that. Water that is narrower than the spacing of the grid is found only by the
-//! corners and the known ways in it. A way that is longer than [`LONGEST`] times the shortest one is not looked for.
+//! How near it comes to the best way: no bound is proved. Neighbours alone, to the knight's move, would make a way at most
+//! 2.8 % longer than a straight one in like water; straight legs of up to [`FAR`] spacings, pulling and moving take most of
+//! that back. In the tests it comes within 0.5 % of the best way that is known: of brute force in a jet, of the exact way round
+//! a bank or a slow area. Conditions are looked up in squares of half the grid's spacing: what is smaller may be missed by the
+//! search, though never by the comparison with the shortest way. Water that is narrower than the spacing is found only by
+//! the corners and the known ways in it. For energy and preferences in currents that change with time, of two ways to a
+//! point the cheaper one is kept and not the earlier one. A way that is longer than [`LONGEST`] times the shortest one is not
+//! looked for.
 
 use crate::lattice::Lattice;
 use crate::objective::{Spot, Toll};
@@ -20,6 +25,8 @@ use std::collections::BinaryHeap;
 
 /// A way is at most so many times as long as the shortest one.
 pub(crate) const LONGEST: f64 = 3.0;
+/// Legs of the search, but for those of known ways, are at most so many spacings long.
+const FAR: f64 = 12.0;
 /// Steps between two looks at whether the answer is still wanted.
 const STEPS_BETWEEN_LOOKS: usize = 256;
 /// Times that corners are moved.
@@ -105,10 +112,23 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
+    /// Reaches a point by another, or straight from the point before that one where this costs less.
     fn relax(&mut self, point: u32, next: u32) {
         if self.done[next as usize] {
             return;
         }
+        let before = self.before[point as usize];
+        if before != u32::MAX && self.length_m(before, next) <= FAR * self.lattice.spacing_m {
+            self.reach(before, next, false);
+        }
+        self.reach(point, next, self.lattice.is_known(point, next));
+    }
+
+    fn length_m(&self, one: u32, other: u32) -> f64 {
+        self.lattice.points[one as usize].distance_m(self.lattice.points[other as usize])
+    }
+
+    fn reach(&mut self, point: u32, next: u32, is_known: bool) {
         let (from, to) = (self.lattice.points[point as usize], self.lattice.points[next as usize]);
         let here = self.best[point as usize];
         let held = self.best[next as usize].cost;
@@ -120,7 +140,7 @@ impl<'a> Search<'a> {
         let Self { sailing, conditions, .. } = self;
         let toll = sailing.leg_by((from, to), here.duration_s, piece_m, |at| conditions.at(sailing, at));
         let Some(toll) = toll.map(|toll| here.and(toll)).filter(|toll| toll.cost < held) else { return };
-        if self.lattice.is_known(point, next) || self.sees(point, next) {
+        if is_known || self.sees(point, next) {
             self.best[next as usize] = toll;
             self.before[next as usize] = point;
             self.put(next);

