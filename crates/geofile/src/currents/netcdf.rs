@@ -52,6 +52,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<CurrentField, CurrentsError> {
         (file.axis(lat, "latitude", "degrees_north")?, file.axis(lon, "longitude", "degrees_east")?);
     let level = depth.map_or(Ok(0), |depth| file.surface(depth))?;
     let crossings = times_s.len().saturating_mul(lats.len()).saturating_mul(lons.len());
+    if crossings == 0 {
+        return Err(wrong("it has no values; give one time, two latitudes and two longitudes or more"));
+    }
     if crossings > MOST_CROSSINGS {
         return Err(wrong(format!(
             "it has {crossings} values; {MOST_CROSSINGS} at most are read: cut it to the area and the time of the route"

@@ -292,6 +292,10 @@ fn netcdf_that_cannot_be_read_says_why_and_what_to_do() {
     assert!(of(Classic { units: "knots", ..PLAIN }).contains("u is in knots; give m s-1"));
     assert!(read(b"\x89HDF\r\n\x1a\n").unwrap_err().to_string().contains("nccopy -k classic"));
     assert!(read(b"CDF\x05\0\0\0\0").unwrap_err().to_string().contains("nccopy -k classic"));
+    // A file with a heading of records, and no record.
+    let mut empty = Classic { records: true, falling: true, ..PLAIN }.bytes();
+    empty[4..8].fill(0);
+    assert!(read(&empty).unwrap_err().to_string().contains("it has no values"));
     let whole = Classic { records: true, ..PLAIN }.bytes();
     for cut in 0..whole.len() {
         assert!(read(&whole[..cut]).is_err(), "cut at {cut}");
