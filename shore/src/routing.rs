@@ -212,15 +212,14 @@ impl Question {
             route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
         let guard = dangers.zip(0..).find_map(|(check, number)| reason(&LegCheck { number, ..check }));
         let moved = [(route.moved_start, "start"), (route.moved_goal, "goal")];
-        let speed_mps = route.through_water_mps.unwrap_or(self.objective.through_water_mps);
-        let costs = self.objective.reckon(&route.legs, speed_mps);
+        let costs = route.reckon(&self.objective);
         let current_unknown_m = costs.iter().map(|cost| cost.unknown_m).sum();
         let legs: Vec<SeaRouteLeg> =
             route.legs.iter().zip(costs).map(|(leg, cost)| described_leg(leg, cost)).collect();
         SeaRoute {
             points: route.places().map(degrees).collect(),
             length_m: route.length_m,
-            speed_mps,
+            speed_mps: route.speed_mps(&self.objective),
             current_unknown_m,
             duration_s: legs.iter().map(|leg| leg.duration_s).sum(),
             energy_wh: legs.iter().map(|leg| leg.energy_wh).sum(),

@@ -8,9 +8,8 @@
 use crate::currents::{Currents, Flow, made_good_mps};
 use crate::needs::{Needs, NeedsError};
 use crate::plane::{Plane, Point};
-use crate::route::RouteLeg;
 use crate::zones::Zone;
-use charts::depth_index::Demand;
+use charts::depth_index::{Demand, Leg};
 use std::fmt;
 use std::sync::Arc;
 use units::LatLon;
@@ -249,10 +248,14 @@ impl Objective {
         Some(Toll { cost: spot.factor * each_s * duration_s, duration_s })
     }
 
-    /// What the legs of a route take, one after the other from the time of departure, at a speed through the water (m/s).
-    pub fn reckon(&self, legs: &[RouteLeg], through_water_mps: f64) -> Vec<LegCost> {
+    /// What legs of a length (m) take, one after the other from the time of departure, at a speed through the water (m/s).
+    pub(crate) fn reckon(
+        &self,
+        legs: impl Iterator<Item = (Leg, f64)>,
+        through_water_mps: f64,
+    ) -> Vec<LegCost> {
         let mut since_s = Some(0.0);
-        let mut reckoned = Vec::with_capacity(legs.len());
+        let mut reckoned = Vec::new();
         for leg in legs {
             let mut cost = self.leg(leg, since_s.unwrap_or(0.0), through_water_mps);
             if since_s.is_none() && self.currents.varies_in_time() {
@@ -264,12 +267,12 @@ impl Objective {
         reckoned
     }
 
-    fn leg(&self, leg: &RouteLeg, begin_s: f64, pace_mps: f64) -> LegCost {
+    fn leg(&self, (leg, leg_m): (Leg, f64), begin_s: f64, pace_mps: f64) -> LegCost {
         let plane = Plane::new(leg.from);
         let (from, to) = (Point::default(), plane.point(leg.to));
         let uniform = !self.currents.varies() && self.limits.is_empty();
-        let pieces = if uniform { 1.0 } else { (leg.length_m / PIECE_M).ceil().clamp(1.0, MOST_PIECES) };
-        let length_m = leg.length_m / pieces;
+        let pieces = if uniform { 1.0 } else { (leg_m / PIECE_M).ceil().clamp(1.0, MOST_PIECES) };
+        let length_m = leg_m / pieces;
         let mut cost = LegCost { duration_s: Some(0.0), energy_j: Some(0.0), unknown_m: 0.0 };
         let mut since_s = begin_s;
         for piece in 0..pieces as u32 {

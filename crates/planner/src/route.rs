@@ -3,6 +3,7 @@
 use crate::Cancel;
 use crate::alternatives;
 use crate::needs::{Needs, NeedsError};
+use crate::objective::{LegCost, Objective};
 use crate::obstacles;
 use crate::plane::Point;
 use crate::room::{PlanError, SeaRoom};
@@ -209,6 +210,17 @@ impl Route {
         for other in self.alternatives.iter_mut().chain(self.shortest.as_deref_mut()) {
             other.judge_turns(request, index, needs, zones);
         }
+    }
+
+    /// The speed through the water that it is sailed at (m/s).
+    pub fn speed_mps(&self, objective: &Objective) -> f64 {
+        self.through_water_mps.unwrap_or(objective.through_water_mps)
+    }
+
+    /// What its legs take, one after the other from the time of departure.
+    pub fn reckon(&self, objective: &Objective) -> Vec<LegCost> {
+        let legs = self.legs.iter().map(|leg| (Leg { from: leg.from, to: leg.to }, leg.length_m));
+        objective.reckon(legs, self.speed_mps(objective))
     }
 
     /// Length of the shortest route (m): of this one, unless an objective chose another.

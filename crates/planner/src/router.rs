@@ -304,7 +304,11 @@ impl Router {
         let preferred = objective.preferred(needs).into_iter().flatten();
         let preferred = preferred.map(|needs| self.room(self.key(&needs, region), cancel));
         let preferred = preferred.collect::<Result<_, _>>()?;
-        Ok(Some(Wish::new(Arc::clone(objective), preferred, before)))
+        // Where the time is not known, as far as it is.
+        let taken = before.map_or_else(Vec::new, |before| before.reckon(objective));
+        let since_s = taken.iter().map_while(|leg| leg.duration_s).sum();
+        let pace_mps = before.and_then(|before| before.through_water_mps);
+        Ok(Some(Wish { objective: Arc::clone(objective), preferred, since_s, pace_mps }))
     }
 
     /// The water for these needs, prepared now if it is not kept.

@@ -6,7 +6,6 @@
 use crate::objective::{Objective, Spot, Toll};
 use crate::plane::Point;
 use crate::room::SeaRoom;
-use crate::route::Route;
 use std::sync::Arc;
 
 /// Ways are compared in pieces so long (m), but legs in no more than so many.
@@ -26,20 +25,6 @@ pub(crate) struct Wish {
 }
 
 impl Wish {
-    /// For a stretch after others, of which the time and the speed go on.
-    pub(crate) fn new(
-        objective: Arc<Objective>,
-        preferred: Vec<Arc<SeaRoom>>,
-        before: Option<&Route>,
-    ) -> Self {
-        let Some(before) = before else { return Self { objective, preferred, since_s: 0.0, pace_mps: None } };
-        let pace_mps = before.through_water_mps;
-        let taken = objective.reckon(&before.legs, pace_mps.unwrap_or(objective.through_water_mps));
-        // Where the time is not known, as far as it is.
-        let since_s = taken.iter().map_while(|leg| leg.duration_s).sum();
-        Self { objective, preferred, since_s, pace_mps }
-    }
-
     /// Speeds through the water that are tried (m/s), the greatest last.
     fn paces_mps(&self) -> Vec<f64> {
         self.pace_mps.map_or_else(|| self.objective.paces_mps(), |pace_mps| vec![pace_mps])

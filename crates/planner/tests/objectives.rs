@@ -61,7 +61,7 @@ fn ask(router: &Router, objective: &Objective, from: LocalPoint, to: LocalPoint)
 }
 
 fn costs(objective: &Objective, route: &Route) -> Vec<LegCost> {
-    objective.reckon(&route.legs, route.through_water_mps.unwrap_or(objective.through_water_mps))
+    route.reckon(objective)
 }
 
 fn duration_s(objective: &Objective, route: &Route) -> f64 {

@@ -196,7 +196,7 @@ impl Terms<'_> {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
-                    write(out, format, &route, self.speed_mps(&route))?;
+                    write(out, format, &route, route.speed_mps(&self.objective))?;
                 }
                 if arguments.json {
                     let mut answer = self.described(&Value::Null, &route, time_us);
@@ -304,8 +304,7 @@ impl Terms<'_> {
     }
 
     fn described(&self, id: &Value, route: &Route, time_us: u128) -> Value {
-        let speed_mps = self.speed_mps(route);
-        let costs = self.objective.reckon(&route.legs, speed_mps);
+        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
         let points: Vec<[f64; 2]> = route.places().map(|place| [place.lat_deg(), place.lon_deg()]).collect();
         let legs: Vec<Value> = route
             .legs
@@ -328,10 +327,6 @@ impl Terms<'_> {
                "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
                "current_unknown_m": unknown_m, "shortest": shortest,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
-    }
-
-    fn speed_mps(&self, route: &Route) -> f64 {
-        route.through_water_mps.unwrap_or(self.objective.through_water_mps)
     }
 
     fn print_shortest(&self, route: &Route, needs: &Needs) {
@@ -380,8 +375,7 @@ impl Terms<'_> {
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
         let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
-        let speed_mps = self.speed_mps(route);
-        let costs = self.objective.reckon(&route.legs, speed_mps);
+        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
         let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
         let takes = match sum(&costs) {
             (Some(duration_s), Some(energy_wh)) => {
