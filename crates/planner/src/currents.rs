@@ -68,6 +68,11 @@ impl Currents {
         }
     }
 
+    /// Whether there is no current anywhere.
+    pub(crate) fn is_still(&self) -> bool {
+        matches!(self, Self::Steady(flow) if flow.drift_mps() == 0.0)
+    }
+
     /// Whether it changes from place to place or with time.
     pub(crate) fn varies(&self) -> bool {
         matches!(self, Self::Grid(_))

@@ -168,6 +168,12 @@ impl Objective {
         self.aim == Aim::Length && (factor == 1.0 || depth_m.is_none() && off_m.is_none())
     }
 
+    /// Whether every metre costs the same: then the shortest way is the best one at any speed.
+    pub(crate) fn is_uniform(&self) -> bool {
+        let Preferences { depth_m, off_m, .. } = self.preferences;
+        self.currents.is_still() && self.limits.is_empty() && depth_m.is_none() && off_m.is_none()
+    }
+
     /// Whether all its values are numbers in range.
     ///
     /// # Errors

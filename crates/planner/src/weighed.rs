@@ -7,8 +7,8 @@ use crate::sailing::{Sailing, Wish};
 use crate::search::Effort;
 use crate::weighing;
 
-/// A route must be better than the shortest one by this share of its cost.
-const BETTER: f64 = 1e-4;
+/// A route must be better than the shortest one by this share of its cost: joining corners changes both by about as much.
+const BETTER: f64 = 1e-3;
 
 impl Question<'_> {
     /// Of the shortest route, its alternatives, and the cheapest way that is found, the one that costs least; the shortest
@@ -26,6 +26,11 @@ impl Question<'_> {
         let corners = |route: &Route| route.places().map(|place| plane.point(place)).collect::<Vec<_>>();
         let weigh = |route: &Route| sailing.best_pace(&corners(route));
         let (shortest_mps, shortest_cost) = weigh(&shortest);
+        let energy = objective.aim == Aim::Energy;
+        if objective.is_uniform() {
+            shortest.through_water_mps = energy.then_some(shortest_mps);
+            return Ok(shortest);
+        }
         let mut best: Option<(f64, f64, Route)> = None;
         let mut offer = |pace_mps: f64, cost: f64, route: &Route| {
             let held = best.as_ref().map_or(shortest_cost * (1.0 - BETTER), |best| best.1);
@@ -56,7 +61,6 @@ impl Question<'_> {
             }
             pace_mps = best_mps;
         }
-        let energy = objective.aim == Aim::Energy;
         let Some((pace_mps, _, mut route)) = best else {
             shortest.through_water_mps = Some(shortest_mps).filter(|_| energy && shortest_cost.is_finite());
             return Ok(shortest);
