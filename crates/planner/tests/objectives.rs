@@ -392,7 +392,7 @@ fn end() -> impl Strategy<Value = LocalPoint> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(8))]
+    #![proptest_config(ProptestConfig::with_cases(6))]
 
     #[test]
     fn no_route_is_worse_than_the_shortest_by_its_own_objective_and_every_leg_is_safe(
