@@ -80,6 +80,8 @@ impl Routing {
         now: UtcTime,
     ) -> Result<SeaRouteAnswer> {
         let question = Question::new(&ask, limits, now)?;
+        // It may hold a large grid, and waiting may take long.
+        drop(ask);
         let busy =
             || Error::new(ErrorKind::Busy, "Too many routes are being planned; try again in a moment.");
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| busy())?;
@@ -130,9 +132,10 @@ impl Question {
                 needs.clearance_m
             )));
         }
-        let objective = objective::objective(ask, now).map_err(malformed)?;
         let margin_m = needs.clearance_m.min(limits.half_width_m());
+        // First of all it counts them.
         let zones = zones(&ask.zones, margin_m).map_err(malformed)?;
+        let objective = objective::objective(ask, now).map_err(malformed)?;
         let places: Vec<LatLon> = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
         let ends = Request::new(places[0], places[places.len() - 1]);
         if ask.alternatives > ALTERNATIVES {
@@ -214,6 +217,7 @@ impl Question {
         let moved = [(route.moved_start, "start"), (route.moved_goal, "goal")];
         let costs = route.reckon(&self.objective);
         let current_unknown_m = costs.iter().map(|cost| cost.unknown_m).sum();
+        let current_too_strong = costs.iter().any(|cost| cost.too_strong);
         let legs: Vec<SeaRouteLeg> =
             route.legs.iter().zip(costs).map(|(leg, cost)| described_leg(leg, cost)).collect();
         SeaRoute {
@@ -221,6 +225,7 @@ impl Question {
             length_m: route.length_m,
             speed_mps: route.speed_mps(&self.objective),
             current_unknown_m,
+            current_too_strong,
             duration_s: legs.iter().map(|leg| leg.duration_s).sum(),
             energy_wh: legs.iter().map(|leg| leg.energy_wh).sum(),
             legs,
@@ -238,6 +243,7 @@ fn described_leg(leg: &RouteLeg, cost: LegCost) -> SeaRouteLeg {
         length_m: leg.length_m,
         course_deg: course_rad(leg).to_degrees(),
         duration_s: cost.duration_s,
+        limit_mps: cost.limit_mps,
         energy_wh: cost.energy_j.map(|energy_j| energy_j / 3_600.0),
         least_depth_m: leg.worst.water.least_m(),
         least_depth_at: degrees(leg.worst.at),

@@ -10,11 +10,11 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-searoute-"));
 const outfile = join(folder, "searoute.mjs");
 await build({ entryPoints: ["src/state/searoute.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { canGoAround, energyOf, placesOfRoute, remarks, routeName, routesOf, routeText, savedText, speedFor, stretchAt, withRoute, withWayAround } = await import(outfile);
+const { canGoAround, energyOf, placesOfRoute, remarks, routeName, keptSpeedText, routesOf, routeText, savedText, speedFor, stretchAt, withRoute, withWayAround } = await import(outfile);
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
-const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, energy_wh: 120, speed_mps: 1.5, current_unknown_m: 0, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, ...more });
+const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, energy_wh: 120, speed_mps: 1.5, current_unknown_m: 0, current_too_strong: false, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, ...more });
 const found = route([[63, 10], [63.1, 10.1], [63.2, 10.1], [63.3, 10]]);
 const goto = (id, lat, lon) => ({ id, speed, task: { kind: "goto", at: at(lat, lon) } });
 const plan = (...maneuvers) => ({ name: "p", description: "", vessel: null, repeat: false, maneuvers });
@@ -41,6 +41,7 @@ test("routes to choose from are the shortest first, and say by how much they are
 test("a current that is too strong leaves time and energy out", () => {
   assert.equal(routeText({ ...found, duration_s: null }), "2865 m · the current is too strong · least depth 5.0 m · clear by 18 m");
   assert.match(routeText({ ...found, duration_s: null, current_unknown_m: 200 }), /the current is not known everywhere/);
+  assert.match(routeText({ ...found, duration_s: null, current_unknown_m: 200, current_too_strong: true }), /· the current is too strong, the current is not known everywhere ·/);
   assert.equal(energyOf({ energy_wh: null, speed_mps: 1.5 }), "");
   assert.equal(energyOf({ energy_wh: 123.4, speed_mps: 1.5 }), "About 123 Wh from the batteries at 1.50 m/s (estimate).");
 });
@@ -60,6 +61,9 @@ test("the route of an objective stands beside the shortest one, and says what it
   assert.equal(speedFor(found, speed), speed);
   const percent = { value: 40, unit: "percent" };
   assert.equal(speedFor(best, percent), percent);
+  assert.equal(keptSpeedText(best, speedFor(best, speed)), "");
+  assert.equal(keptSpeedText(best, percent), "The plan keeps its own speed; time and energy are for 1.20 m/s.");
+  assert.match(keptSpeedText(best, speed), /for 1\.20 m\/s/);
 });
 
 test("what is moved, refused or against the guard is told", () => {

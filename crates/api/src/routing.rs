@@ -27,11 +27,11 @@ pub struct SeaRouteRequest {
     /// What the route is good for.
     #[serde(default)]
     pub objective: SeaRouteObjective,
-    /// Water charted shallower than this (m) costs more, so that a route keeps to deeper water where that is worth the way;
+    /// Water shallower than this (m) costs more, so that a route keeps to deeper water where that is worth the way;
     /// null for no such preference.
     #[serde(default)]
     pub prefer_depth_m: Option<f64>,
-    /// Water nearer than this (m), 0 to 2000, to land, dangers and water that is not deep enough costs more; null for no such
+    /// Water nearer than this (m), 0 to 500, to land, dangers and water that is not deep enough costs more; null for no such
     /// preference.
     #[serde(default)]
     pub prefer_off_m: Option<f64>,
@@ -169,8 +169,11 @@ pub struct SeaRoute {
     pub length_m: f64,
     /// The speed through the water that time and energy are reckoned with (m/s).
     pub speed_mps: f64,
-    /// Length on which the current is not known (m): beyond the grid, or its times. Time and energy are null then.
+    /// Length on which the current is not known (m): beyond the grid or its times, and after such water where the current
+    /// changes with time. Time and energy are null then. A route by time or energy has no more of it than the shortest one.
     pub current_unknown_m: f64,
+    /// Whether the current is too strong somewhere. Time and energy are null then.
+    pub current_too_strong: bool,
     /// How long it takes at the speed through the water (s); null where the current is too strong or not known.
     pub duration_s: Option<f64>,
     /// Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong or not known, and at
@@ -198,6 +201,9 @@ pub struct SeaRouteLeg {
     pub course_deg: f64,
     /// How long it takes (s); null where the current is too strong or not known.
     pub duration_s: Option<f64>,
+    /// The slowest speed limit (m/s) of the areas that the leg enters or touches, where it is slower than the route's speed;
+    /// null where no limit is. A plan with one speed for the route does not keep it.
+    pub limit_mps: Option<f64>,
     /// Energy from the battery (Wh); null where the current is too strong or not known.
     pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).

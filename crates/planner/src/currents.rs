@@ -148,7 +148,7 @@ pub enum CurrentGridError {
         "the grid has {0} values; up to {MOST_VALUES} are read: cut it to the area and the time of the route"
     )]
     Large(usize),
-    /// A speed that is no current.
+    /// A speed that is too fast for a current.
     #[error("{component}: value {number} is {found} m/s; up to {MOST_MPS} m/s is taken: give m/s")]
     Speed {
         /// Which component.
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_is_linear_between_its_values_and_knows_nothing_beyond_them() {
+    fn a_grid_is_linear_between_its_values_and_not_known_beyond_them() {
         let grid = grid(vec![10.0, 10.2]);
         let at = |lat: f64, lon: f64, time_s: f64| grid.at(place(lat, lon), time_s).map(|flow| flow.east_mps);
         let near = |found: Option<f64>, wanted: f64| (found.unwrap() - wanted).abs() < 1e-6;
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn beside_a_missing_value_nothing_is_known() {
+    fn beside_a_missing_value_the_current_is_not_known() {
         let east = [0.1, f32::NAN, 0.1, 0.1];
         let grid = CurrentGrid::new(vec![5.0], vec![63.0, 63.1], vec![10.0, 10.1], &east, &[0.0; 4]).unwrap();
         assert_eq!(grid.at(place(63.05, 10.05), 5.0), None);
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_grid_is_refused_by_name() {
+    fn values_that_are_not_a_grid_are_refused_by_name() {
         let try_new = |times: &[f64], lats: &[f64], lons: &[f64], east: &[f32]| {
             let north = vec![0.0; east.len()];
             CurrentGrid::new(times.to_vec(), lats.to_vec(), lons.to_vec(), east, &north)

@@ -31,6 +31,7 @@ mod nearby;
 mod needs;
 mod objective;
 mod obstacles;
+mod pace;
 mod parts;
 mod passable;
 mod plane;

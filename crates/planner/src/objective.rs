@@ -26,6 +26,11 @@ const MOST_LIMITS: usize = 50;
 /// Where currents or limits differ from place to place, a leg is reckoned in pieces so long (m), but no more than so many.
 const PIECE_M: f64 = 25.0;
 const MOST_PIECES: f64 = 2_000.0;
+/// The legs of one way are reckoned in about so many pieces together; on longer ways each piece is longer.
+const MOST_OF_A_WAY: f64 = 20_000.0;
+/// Where the current is not known, ways are compared as against the fastest current of the grid, but never slower over
+/// ground than this share of the speed through the water.
+const LEAST_SHARE: f64 = 0.25;
 /// Speeds that are tried for the least energy: tenths of the asked one, from this one to all ten.
 const LEAST_TENTHS: u8 = 3;
 
@@ -38,7 +43,7 @@ pub enum Aim {
     /// The time at the asked speed through the water.
     Time,
     /// The energy, at the asked speed through the water or a slower one: of 0.3 to 1 times the asked speed, in tenths, the
-    /// one that takes least. A route by way of several places keeps one speed, chosen on its first stretch.
+    /// one that takes least. A route by way of several places keeps one speed: the best one along its shortest stretches.
     Energy,
 }
 
@@ -64,10 +69,10 @@ impl fmt::Debug for Power {
     }
 }
 
-/// Water that is rather passed.
+/// Which water is preferred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preferences {
-    /// Water charted shallower than this costs more (m).
+    /// Water shallower than this, at the water level and with the chart errors of the route's demand, costs more (m).
     pub depth_m: Option<f64>,
     /// Water nearer than this to land, dangers and water that is not deep enough for the route costs more (m).
     pub off_m: Option<f64>,
@@ -118,8 +123,14 @@ pub struct LegCost {
     pub duration_s: Option<f64>,
     /// Energy (J); `None` without a time, and at speeds of which the power is not known.
     pub energy_j: Option<f64>,
-    /// Length of the leg on which the current is not known (m).
+    /// Length of the leg on which the current is not known (m): beyond the grid or its times, and where the time at which
+    /// the leg begins is not known, but the current changes with time.
     pub unknown_m: f64,
+    /// Whether the current is too strong somewhere.
+    pub too_strong: bool,
+    /// The slowest limit of the areas with speed limits that the leg enters or touches, where that is slower than the speed
+    /// through the water (m/s).
+    pub limit_mps: Option<f64>,
 }
 
 /// The sea at one point of a plane.
@@ -139,12 +150,19 @@ pub(crate) struct Spot {
 pub(crate) struct Toll {
     /// In metres, seconds or joules, and more where that is not preferred.
     pub(crate) cost: f64,
+    /// Where the current is not known, as in still water.
     pub(crate) duration_s: f64,
+    /// Length on which the current is not known.
+    pub(crate) unknown_m: f64,
 }
 
 impl Toll {
     pub(crate) fn and(self, other: Self) -> Self {
-        Self { cost: self.cost + other.cost, duration_s: self.duration_s + other.duration_s }
+        Self {
+            cost: self.cost + other.cost,
+            duration_s: self.duration_s + other.duration_s,
+            unknown_m: self.unknown_m + other.unknown_m,
+        }
     }
 }
 
@@ -235,7 +253,8 @@ impl Objective {
     }
 
     /// What a short straight piece costs; `None` where the current is too strong, or the power is not known and counts.
-    /// Where the current is not known, the water counts as still.
+    /// Where the current is not known, the cost is that of the fastest current of the grid from ahead, so that no way is
+    /// better for leading where nothing is known.
     pub(crate) fn piece(
         &self,
         spot: &Spot,
@@ -245,55 +264,75 @@ impl Objective {
     ) -> Option<Toll> {
         let length_m = from.distance_m(to);
         if self.aim == Aim::Length || length_m == 0.0 {
-            return Some(Toll { cost: spot.factor * length_m, duration_s: 0.0 });
+            return Some(Toll { cost: spot.factor * length_m, ..Toll::default() });
         }
-        let flow = self.currents.at(spot.place, self.depart_s + since_s).unwrap_or_default();
         let through_water_mps = pace_mps.min(spot.most_mps);
-        let duration_s = length_m / over_ground_mps(spot, (from, to), through_water_mps, flow)?;
         let each_s = if self.aim == Aim::Energy { self.power.at_w(through_water_mps)? } else { 1.0 };
-        Some(Toll { cost: spot.factor * each_s * duration_s, duration_s })
+        let Some(flow) = self.currents.at(spot.place, self.depart_s + since_s) else {
+            let against_mps = through_water_mps - self.currents.most_mps();
+            let over_ground_mps = against_mps.max(LEAST_SHARE * through_water_mps);
+            let cost = spot.factor * each_s * length_m / over_ground_mps;
+            return Some(Toll { cost, duration_s: length_m / through_water_mps, unknown_m: length_m });
+        };
+        let duration_s = length_m / over_ground_mps(spot, (from, to), through_water_mps, flow)?;
+        Some(Toll { cost: spot.factor * each_s * duration_s, duration_s, unknown_m: 0.0 })
     }
 
     /// What legs of a length (m) take, one after the other from the time of departure, at a speed through the water (m/s).
-    pub(crate) fn reckon(
-        &self,
-        legs: impl Iterator<Item = (Leg, f64)>,
-        through_water_mps: f64,
-    ) -> Vec<LegCost> {
+    pub(crate) fn reckon(&self, legs: &[(Leg, f64)], through_water_mps: f64) -> Vec<LegCost> {
+        let length_m: f64 = legs.iter().map(|(_, leg_m)| leg_m).sum();
+        let piece_m = PIECE_M.max(length_m / MOST_OF_A_WAY);
         let mut since_s = Some(0.0);
         let mut reckoned = Vec::new();
-        for leg in legs {
-            let mut cost = self.leg(leg, since_s.unwrap_or(0.0), through_water_mps);
-            if since_s.is_none() && self.currents.varies_in_time() {
-                (cost.duration_s, cost.energy_j) = (None, None);
-            }
+        for (leg, leg_m) in legs {
+            // Where the time is not known, neither is a current that changes with it.
+            let begin_s = if self.currents.varies_in_time() { since_s } else { Some(0.0) };
+            let limit_mps = self.slowest_mps(*leg).filter(|limit_mps| *limit_mps < through_water_mps);
+            let cost = match begin_s {
+                Some(begin_s) => self.leg((*leg, *leg_m), piece_m, begin_s, through_water_mps),
+                None => LegCost { unknown_m: *leg_m, ..LegCost::default() },
+            };
             since_s = since_s.zip(cost.duration_s).map(|(since_s, duration_s)| since_s + duration_s);
-            reckoned.push(cost);
+            reckoned.push(LegCost { limit_mps, ..cost });
         }
         reckoned
     }
 
-    fn leg(&self, (leg, leg_m): (Leg, f64), begin_s: f64, pace_mps: f64) -> LegCost {
+    /// The slowest limit of the areas that a leg enters or touches (m/s).
+    fn slowest_mps(&self, leg: Leg) -> Option<f64> {
+        let met = self.limits.iter().filter(|limit| limit.zone.meets(leg));
+        met.map(|limit| limit.most_mps).min_by(f64::total_cmp)
+    }
+
+    fn leg(&self, (leg, leg_m): (Leg, f64), piece_m: f64, begin_s: f64, pace_mps: f64) -> LegCost {
         let plane = Plane::new(leg.from);
         let (from, to) = (Point::default(), plane.point(leg.to));
         let uniform = !self.currents.varies() && self.limits.is_empty();
-        let pieces = if uniform { 1.0 } else { (leg_m / PIECE_M).ceil().clamp(1.0, MOST_PIECES) };
+        let pieces = if uniform { 1.0 } else { (leg_m / piece_m).ceil().clamp(1.0, MOST_PIECES) };
         let length_m = leg_m / pieces;
-        let mut cost = LegCost { duration_s: Some(0.0), energy_j: Some(0.0), unknown_m: 0.0 };
+        let mut cost = LegCost { duration_s: Some(0.0), energy_j: Some(0.0), ..LegCost::default() };
         let mut since_s = begin_s;
         for piece in 0..pieces as u32 {
             let spot = Spot::of(self, &plane, from.towards(to, (f64::from(piece) + 0.5) / pieces));
-            let flow = self.currents.at(spot.place, self.depart_s + since_s);
+            // After water of an unknown current the time is not known either.
+            let is_timed = cost.duration_s.is_some() || !self.currents.varies_in_time();
+            let flow = self.currents.at(spot.place, self.depart_s + since_s).filter(|_| is_timed);
             let through_water_mps = pace_mps.min(spot.most_mps);
-            let over_ground_mps =
-                over_ground_mps(&spot, (from, to), through_water_mps, flow.unwrap_or_default());
-            let Some(duration_s) = over_ground_mps.map(|mps| length_m / mps) else {
-                return LegCost { duration_s: None, energy_j: None, ..cost };
+            let Some(flow) = flow else {
+                cost = LegCost {
+                    duration_s: None,
+                    energy_j: None,
+                    unknown_m: cost.unknown_m + length_m,
+                    ..cost
+                };
+                continue;
             };
+            let Some(mps) = over_ground_mps(&spot, (from, to), through_water_mps, flow) else {
+                cost = LegCost { duration_s: None, energy_j: None, too_strong: true, ..cost };
+                continue;
+            };
+            let duration_s = length_m / mps;
             since_s += duration_s;
-            if flow.is_none() {
-                (cost.unknown_m, cost.duration_s, cost.energy_j) = (cost.unknown_m + length_m, None, None);
-            }
             let energy_j = self.power.at_w(through_water_mps).map(|power_w| power_w * duration_s);
             cost.duration_s = cost.duration_s.map(|sum| sum + duration_s);
             cost.energy_j = cost.energy_j.zip(energy_j).map(|(sum, energy_j)| sum + energy_j);

@@ -182,7 +182,7 @@ impl Route {
             [before, after] => {
                 let [before, after] = [(before, &self), (after, &next)]
                     .map(|(shortest, route)| shortest.map_or_else(|| route.clone(), |shortest| *shortest));
-                Some(Box::new(Self { through_water_mps: None, ..before.then(after) }))
+                Some(Box::new(before.then(after)))
             }
         };
         self.length_m += next.length_m;
@@ -202,9 +202,7 @@ impl Route {
         zones: &Zones,
     ) {
         if let Some(radius_m) = request.turn_radius_m {
-            let legs: Vec<(Leg, f64)> =
-                self.legs.iter().map(|leg| (Leg { from: leg.from, to: leg.to }, leg.length_m)).collect();
-            let turns = turns::judge(&legs, radius_m, index, needs, zones);
+            let turns = turns::judge(&self.lines(), radius_m, index, needs, zones);
             self.legs.iter_mut().zip(turns).for_each(|(leg, turn)| leg.turn = turn);
         }
         for other in self.alternatives.iter_mut().chain(self.shortest.as_deref_mut()) {
@@ -217,10 +215,14 @@ impl Route {
         self.through_water_mps.unwrap_or(objective.through_water_mps)
     }
 
+    /// Its legs as lines, and how long each is (m).
+    pub(crate) fn lines(&self) -> Vec<(Leg, f64)> {
+        self.legs.iter().map(|leg| (Leg { from: leg.from, to: leg.to }, leg.length_m)).collect()
+    }
+
     /// What its legs take, one after the other from the time of departure.
     pub fn reckon(&self, objective: &Objective) -> Vec<LegCost> {
-        let legs = self.legs.iter().map(|leg| (Leg { from: leg.from, to: leg.to }, leg.length_m));
-        objective.reckon(legs, self.speed_mps(objective))
+        objective.reckon(&self.lines(), self.speed_mps(objective))
     }
 
     /// Length of the shortest route (m): of this one, unless an objective chose another.

@@ -2,7 +2,7 @@
 
 use crate::Cancel;
 use crate::needs::{Needs, NeedsError};
-use crate::objective::Objective;
+use crate::objective::{Aim, Objective};
 use crate::passable::{Passable, Search};
 use crate::plane::Plane;
 use crate::room::{PlanError, SeaRoom};
@@ -40,6 +40,8 @@ pub struct Router {
     zones: Arc<Zones>,
     /// What routes are good for; `None` for the shortest.
     objective: Option<Arc<Objective>>,
+    /// The speed through the water of all stretches, once it is chosen (m/s).
+    pace_mps: Option<f64>,
     rooms: Arc<Mutex<Vec<Kept>>>,
 }
 
@@ -80,6 +82,7 @@ impl Router {
             most_vertices,
             zones: Arc::default(),
             objective: None,
+            pace_mps: None,
             rooms: Arc::default(),
         }
     }
@@ -107,7 +110,7 @@ impl Router {
         Self { zones: Arc::new(zones), ..self.shared() }
     }
 
-    /// For the routes that an objective likes best; it shares the water that is kept with this one.
+    /// For the best routes by an objective; it shares the water that is kept with this one.
     ///
     /// They are looked for in the region that is prepared for the shortest route, and never cost more than that one; where
     /// they are another one, [`Route::shortest`] has the shortest to compare with. How near they come to the best way is
@@ -201,6 +204,10 @@ impl Router {
             [from, onward @ ..] if !onward.is_empty() => (*from, onward.to_vec()),
             _ => (request.from, vec![request.to]),
         };
+        if let Some(pace_mps) = self.pace_over(places, request, needs, cancel)? {
+            let at_pace = Self { pace_mps: Some(pace_mps), ..self.shared() };
+            return at_pace.route_by(places, request, needs, cancel);
+        }
         let mut whole: Option<Route> = None;
         for (stretch, to) in onward.into_iter().enumerate() {
             let from = whole.as_ref().map_or(from, Route::goal);
@@ -221,6 +228,25 @@ impl Router {
         Ok(whole)
     }
 
+    /// The speed of a route of the least energy by way of several places: one for all stretches, the best along the shortest
+    /// ones, so that no stretch is too slow against its current if that can be helped. `None` where it is not to be chosen.
+    fn pace_over(
+        &self,
+        places: &[LatLon],
+        request: &Request,
+        needs: &Needs,
+        cancel: &Cancel<'_>,
+    ) -> Result<Option<f64>, (usize, Refusal)> {
+        let chooses = places.len() > 2 && self.pace_mps.is_none();
+        let Some(objective) = self.objective.as_deref().filter(|one| chooses && one.aim == Aim::Energy)
+        else {
+            return Ok(None);
+        };
+        let plain = Self { objective: None, ..self.shared() };
+        let shortest = plain.route_by(places, &Request { turn_radius_m: None, ..*request }, needs, cancel)?;
+        Ok(Some(objective.best_pace_mps(&shortest.lines())))
+    }
+
     /// Which smaller demands would give a route: the greatest least depth with this clearance, and the greatest clearance
     /// with this depth (m). A route exists for each of them.
     ///
@@ -239,8 +265,10 @@ impl Router {
 
     /// Whether a region larger than the smallest ones is of charts that are too much for it.
     fn is_too_much(&self, square: &Square, needs: &Needs) -> bool {
-        square.half_m > HALVES_M[0]
-            && SeaRoom::vertices(&self.index, needs, square.middle, square.half_m) > self.most_vertices
+        let preferred = self.objective.iter().flat_map(|objective| objective.preferred(needs)).flatten();
+        let mut all = std::iter::once(*needs).chain(preferred);
+        let vertices = |needs| SeaRoom::vertices(&self.index, &needs, square.middle, square.half_m);
+        square.half_m > HALVES_M[0] && all.any(|needs| vertices(needs) > self.most_vertices)
     }
 
     /// How far apart ends may lie around the middle of a region that is too much.
@@ -286,6 +314,11 @@ impl Router {
         cancel: &Cancel<'_>,
     ) -> Result<(Route, f64), Refusal> {
         let room = self.room(self.key(needs, region), cancel)?;
+        if self.objective.as_ref().is_some_and(|one| one.preferred(needs).iter().any(Option::is_some)) {
+            // Preferred water is prepared only where there is a route.
+            let request = &Request { alternatives: 0, ..*request };
+            Question { room: &room, index: &self.index, request, wish: None, cancel }.answer()?;
+        }
         let wish = self.wish(region, (needs, before), cancel)?;
         let route =
             Question { room: &room, index: &self.index, request, wish: wish.as_ref(), cancel }.answer()?;
@@ -304,11 +337,10 @@ impl Router {
         let preferred = objective.preferred(needs).into_iter().flatten();
         let preferred = preferred.map(|needs| self.room(self.key(&needs, region), cancel));
         let preferred = preferred.collect::<Result<_, _>>()?;
-        // Where the time is not known, as far as it is.
-        let taken = before.map_or_else(Vec::new, |before| before.reckon(objective));
-        let since_s = taken.iter().map_while(|leg| leg.duration_s).sum();
-        let pace_mps = before.and_then(|before| before.through_water_mps);
-        Ok(Some(Wish { objective: Arc::clone(objective), preferred, since_s, pace_mps }))
+        let before = before.filter(|_| objective.currents.varies_in_time());
+        let since = |before: &Route| objective.estimate_s(&before.lines(), before.speed_mps(objective));
+        let since_s = before.map_or(0.0, since);
+        Ok(Some(Wish { objective: Arc::clone(objective), preferred, since_s, pace_mps: self.pace_mps }))
     }
 
     /// The water for these needs, prepared now if it is not kept.
@@ -328,7 +360,10 @@ impl Router {
         let held = |rooms: &[Kept]| rooms.iter().map(|kept| kept.room.bytes()).sum::<usize>();
         while rooms.len() >= self.most_rooms || !rooms.is_empty() && held(&rooms) + room.bytes() > MOST_BYTES
         {
-            rooms.remove(0);
+            // What a question works with stays: it may have up to three.
+            let unused = rooms.iter().position(|kept| Arc::strong_count(&kept.room) == 1);
+            let Some(unused) = unused else { break };
+            rooms.remove(unused);
         }
         rooms.push(Kept { key, room: Arc::clone(&room) });
         Ok(room)

@@ -6,11 +6,14 @@
 use crate::objective::{Objective, Spot, Toll};
 use crate::plane::Point;
 use crate::room::SeaRoom;
+use crate::{Cancel, PlanError};
 use std::sync::Arc;
 
 /// Ways are compared in pieces so long (m), but legs in no more than so many.
 const COMPARED_M: f64 = 10.0;
 const MOST_PIECES: f64 = 4_000.0;
+/// A way is compared in about so many pieces; those of longer ways are longer.
+const MOST_OF_A_WAY: f64 = 20_000.0;
 
 /// An objective, and the water that it prefers.
 #[derive(Debug, Clone)]
@@ -76,33 +79,66 @@ impl Sailing<'_> {
         self.leg_by(ends, begin_s, piece_m, |at| self.spot(at))
     }
 
-    /// What a way costs, in pieces of about so many metres; infinite where it cannot be sailed.
-    pub(crate) fn way(&self, way: &[Point], piece_m: f64) -> Toll {
-        let mut toll = Toll::default();
+    /// This wish at another speed.
+    pub(crate) fn at(&self, pace_mps: f64) -> Self {
+        Self { pace_mps, ..*self }
+    }
+
+    /// A way in pieces, as finely as ways are compared, with the conditions at the middle of each.
+    fn pieces(&self, way: &[Point], cancel: &Cancel<'_>) -> Result<Vec<Piece>, PlanError> {
+        let way_m: f64 = way.windows(2).map(|leg| leg[0].distance_m(leg[1])).sum();
+        let piece_m = COMPARED_M.max(way_m / MOST_OF_A_WAY);
+        let mut all = Vec::new();
         for leg in way.windows(2) {
-            match self.leg((leg[0], leg[1]), toll.duration_s, piece_m) {
+            cancel.check()?;
+            let pieces = (leg[0].distance_m(leg[1]) / piece_m).ceil().clamp(1.0, MOST_PIECES);
+            let mut begin = leg[0];
+            for piece in 1..=pieces as u32 {
+                let end = leg[0].towards(leg[1], f64::from(piece) / pieces);
+                all.push(Piece { begin, end, spot: self.spot(begin.towards(end, 0.5)) });
+                begin = end;
+            }
+        }
+        Ok(all)
+    }
+
+    /// What a way costs by its pieces; infinite where it cannot be sailed.
+    fn cost_of(&self, pieces: &[Piece]) -> Toll {
+        let mut toll = Toll::default();
+        for Piece { begin, end, spot } in pieces {
+            let since_s = self.wish.since_s + toll.duration_s;
+            match self.wish.objective.piece(spot, (*begin, *end), since_s, self.pace_mps) {
                 Some(next) => toll = toll.and(next),
-                None => return Toll { cost: f64::INFINITY, duration_s: f64::INFINITY },
+                None => return Toll { cost: f64::INFINITY, duration_s: f64::INFINITY, ..toll },
             }
         }
         toll
     }
 
     /// What a way costs, as finely as ways are compared.
-    pub(crate) fn cost(&self, way: &[Point]) -> f64 {
-        self.way(way, COMPARED_M).cost
-    }
-
-    /// This wish at another speed.
-    pub(crate) fn at(&self, pace_mps: f64) -> Self {
-        Self { pace_mps, ..*self }
+    pub(crate) fn cost(&self, way: &[Point], cancel: &Cancel<'_>) -> Result<f64, PlanError> {
+        Ok(self.cost_of(&self.pieces(way, cancel)?).cost)
     }
 
     /// The speed at which a way costs least, and what it costs then.
-    pub(crate) fn best_pace(&self, way: &[Point]) -> (f64, f64) {
-        let paces = self.wish.paces_mps().into_iter();
-        let costs = paces.map(|pace_mps| (pace_mps, self.at(pace_mps).cost(way)));
-        // Of speeds that cost the same, the fastest: the last one.
-        costs.fold((self.pace_mps, f64::INFINITY), |best, one| if one.1 <= best.1 { one } else { best })
+    pub(crate) fn best_pace(&self, way: &[Point], cancel: &Cancel<'_>) -> Result<(f64, Toll), PlanError> {
+        let pieces = self.pieces(way, cancel)?;
+        let mut best = (self.pace_mps, Toll { cost: f64::INFINITY, ..Toll::default() });
+        for pace_mps in self.wish.paces_mps() {
+            cancel.check()?;
+            let toll = self.at(pace_mps).cost_of(&pieces);
+            // Of speeds that cost the same, the fastest: the last one.
+            if toll.cost <= best.1.cost {
+                best = (pace_mps, toll);
+            }
+        }
+        Ok(best)
     }
+}
+
+/// A part of a way, and the conditions at its middle.
+struct Piece {
+    begin: Point,
+    end: Point,
+    spot: Spot,
 }

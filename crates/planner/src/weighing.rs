@@ -48,7 +48,10 @@ pub(crate) fn cheapest(
 ) -> Result<Option<Vec<Point>>, PlanError> {
     let shortest_m: f64 = ways[0].windows(2).map(|leg| leg[0].distance_m(leg[1])).sum();
     let least_per_m = sailing.wish.objective.least_per_m(sailing.pace_mps).max(f64::MIN_POSITIVE);
-    let cost = ways.iter().map(|way| sailing.cost(way)).fold(f64::INFINITY, f64::min);
+    let mut cost = f64::INFINITY;
+    for way in ways {
+        cost = cost.min(sailing.cost(way, cancel)?);
+    }
     let most_m = (cost / least_per_m).min(LONGEST * shortest_m);
     cancel.check()?;
     let lattice = Lattice::new(sailing, ways, most_m, cancel)?;
@@ -75,7 +78,7 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(sailing: &'a Sailing<'a>, lattice: &'a Lattice, least_per_m: f64) -> Self {
         let count = lattice.points.len();
-        let unknown = Toll { cost: f64::INFINITY, duration_s: f64::INFINITY };
+        let unknown = Toll { cost: f64::INFINITY, duration_s: f64::INFINITY, ..Toll::default() };
         let conditions = Conditions::new(lattice);
         Self {
             sailing,

@@ -331,7 +331,104 @@ fn the_time_goes_on_at_places_to_pass() {
 }
 
 #[test]
-fn weighing_that_nobody_waits_for_is_given_up() {
+fn a_way_is_not_drawn_into_water_whose_current_is_not_known() {
+    // Against 1 m/s, with a strip north of the straight line of which nothing is known.
+    let grid = field(33, &[0.0], |north_m, _, _| Flow {
+        east_mps: if (300.0..900.0).contains(&north_m) { f64::NAN } else { -1.0 },
+        north_mps: 0.0,
+    });
+    let router = router(&open_sea());
+    for aim in [Aim::Time, Aim::Energy] {
+        let objective = Objective { currents: Currents::Grid(grid.clone()), ..still(aim) };
+        let route = ask(&router, &objective, at(0.0, -1_700.0), at(0.0, 1_700.0));
+        assert!(route.shortest.is_none() && route.legs.len() == 1, "{aim:?} {:?}", route.length_m);
+        assert!((duration_s(&objective, &route) / (route.length_m / 0.5) - 1.0).abs() < 0.5);
+    }
+    // Where both ends lie in it, a way out of it and back may be taken, and never one with more of it.
+    let objective = Objective { currents: Currents::Grid(grid), ..still(Aim::Time) };
+    let route = ask(&router, &objective, at(600.0, -1_700.0), at(600.0, 1_700.0));
+    let unknown_m = |route: &Route| costs(&objective, route).iter().map(|leg| leg.unknown_m).sum::<f64>();
+    if let Some(shortest) = &route.shortest {
+        assert!(unknown_m(&route) <= unknown_m(shortest) + 50.0);
+    }
+}
+
+#[test]
+fn the_least_energy_out_and_back_takes_one_speed_that_is_enough_both_ways() {
+    let currents = Currents::Steady(Flow::set_and_drift(FRAC_PI_2, 0.6));
+    let objective = Objective { currents, ..still(Aim::Energy) };
+    let router = router(&open_sea()).by_objective(objective.clone()).unwrap();
+    let (west, east) = (place(at(0.0, -1_500.0)), place(at(0.0, 1_500.0)));
+    let request = Request { move_up_to_m: 0.0, ..Request::new(west, east) };
+    let route = router.route_by(&[west, east, west], &request, &needs(), &Cancel::never()).unwrap();
+    // Of the speeds that are tried, the one that takes least out and back together.
+    let whole = |mps: f64| power_w(mps) * (1.0 / (mps + 0.6) + 1.0 / (mps - 0.6));
+    let paces = (3..=10).map(|tenth| 0.15 * f64::from(tenth)).filter(|mps| *mps > 0.601);
+    let best = paces.min_by(|one, other| whole(*one).total_cmp(&whole(*other))).unwrap();
+    let chosen = route.through_water_mps.unwrap();
+    assert!((chosen - best).abs() < 1e-9, "{chosen} {best}");
+    assert!((energy_j(&objective, &route) / (1_500.0 * 2.0 * whole(best)) - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn after_a_leg_of_an_unknown_time_a_current_that_changes_is_not_known_either() {
+    let two_hours = [0.0, 7_200.0];
+    let steady = |_: f64, _: f64, _: f64| Flow { east_mps: 0.2, north_mps: 0.0 };
+    let objective = |times_s: &[f64], depart_s: f64| Objective {
+        currents: Currents::Grid(field(9, times_s, steady)),
+        depart_s,
+        ..still(Aim::Time)
+    };
+    let changing = objective(&two_hours, 4_500.0);
+    let (west, east) = (place(at(0.0, -1_500.0)), place(at(0.0, 1_500.0)));
+    let request = Request { move_up_to_m: 0.0, ..Request::new(west, east) };
+    let by = |objective: &Objective| {
+        let router = router(&open_sea()).by_objective(objective.clone()).unwrap();
+        router.route_by(&[west, east, west, east], &request, &needs(), &Cancel::never()).unwrap()
+    };
+    let route = by(&changing);
+    assert_eq!(route.legs.len(), 3);
+    // 3000 m at 1.7 m/s end at 6265 s; the grid ends on the second leg, and the third begins at an unknown time.
+    let legs = costs(&changing, &route);
+    assert!(legs[0].duration_s.is_some() && legs[0].unknown_m == 0.0);
+    assert!(legs[1].duration_s.is_none() && (1_500.0..2_400.0).contains(&legs[1].unknown_m), "{legs:?}");
+    assert_eq!((legs[2].duration_s, legs[2].unknown_m), (None, route.legs[2].length_m));
+    // A current that is the same at any time is known whenever a leg begins.
+    let lasting = objective(&[0.0], 0.0);
+    assert!(costs(&lasting, &by(&lasting)).iter().all(|leg| leg.duration_s.is_some()));
+}
+
+#[test]
+fn a_leg_says_which_speed_limit_it_enters_even_at_a_corner() {
+    let corner = [(200.0, 0.0), (-1.0, 1.0), (200.0, 300.0)];
+    let corners = corner.map(|(north_m, east_m)| place(at(north_m, east_m))).to_vec();
+    let limits = vec![SpeedLimit { zone: Zone::new(corners).unwrap(), most_mps: 0.5 }];
+    let router = router(&open_sea());
+    let objective = Objective { limits, ..still(Aim::Length) };
+    let limit = |from: LocalPoint, to: LocalPoint| {
+        costs(&objective, &ask(&router, &objective, from, to))[0].limit_mps
+    };
+    assert_eq!(limit(at(0.0, -500.0), at(0.0, 500.0)), Some(0.5), "it clips 2 m of the area");
+    assert_eq!(limit(at(-5.0, -500.0), at(-5.0, 500.0)), None);
+    assert_eq!(limit(at(0.0, 500.0), at(0.0, -500.0)), Some(0.5));
+}
+
+#[test]
+fn preferred_water_leaves_the_room_of_its_question_in_place() {
+    let router = router(&open_sea()).keeping(1);
+    let preferences = Preferences { off_m: Some(150.0), depth_m: Some(10.0), factor: 3.0 };
+    let objective = Objective { preferences, ..still(Aim::Length) };
+    ask(&router, &objective, at(0.0, -500.0), at(0.0, 500.0));
+    assert_eq!(router.kept().0, 3, "water of the route, of the depth and of the distance");
+    // The next question with other needs gives them up.
+    let other = Needs::depth_and_clearance(4.0, 10.0);
+    let request = Request::new(place(at(0.0, -500.0)), place(at(0.0, 500.0)));
+    router.route(&request, &other, &Cancel::never()).unwrap();
+    assert_eq!(router.kept().0, 1);
+}
+
+#[test]
+fn weighing_ends_at_once_when_it_is_cancelled() {
     let grid = field(33, &[0.0], |north_m, _, _| jet(north_m, 1.0));
     let objective = Objective { currents: Currents::Grid(grid), ..still(Aim::Time) };
     let plain = router(&open_sea());

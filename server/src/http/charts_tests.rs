@@ -301,11 +301,18 @@ async fn a_route_by_an_objective_stands_beside_the_shortest_and_costs_no_more() 
     let slow = ask(json!({"zones": [{"kind": "limit", "corners": all, "most_mps": 1.0}]}));
     let slow = found(route(&shore, &token, &slow).await.1).route.unwrap();
     assert!((slow.duration_s.unwrap() - slow.length_m).abs() < 1.0 && slow.length_m == shortest.length_m);
+    assert!(slow.legs.iter().all(|leg| leg.limit_mps == Some(1.0)), "each leg says the limit");
+    assert!(shortest.legs.iter().all(|leg| leg.limit_mps.is_none()) && !shortest.current_too_strong);
     let mut wrong = stream();
     wrong["east_mps"] = json!([0.1]);
     for (bad, why) in [
         (json!({"objective": "cheapest"}), "cheapest"),
         (json!({"prefer_depth_m": -1}), "preferred depth"),
+        (json!({"prefer_off_m": 501}), "prefer_off_m: 501 is more than 500 m"),
+        (
+            json!({"zones": vec![json!({"kind": "limit", "corners": [[63.4, 10.2]], "most_mps": 1}); 51]}),
+            "there are 51",
+        ),
         (json!({"prefer_factor": 0.5}), "factor of preferences"),
         (json!({"current_grid": wrong}), "current_grid: to the east: there are 1 values"),
         (json!({"current_grid": stream(), "current": {"set_deg": 0, "drift_mps": 1}}), "not both"),

@@ -163,6 +163,24 @@ fn routes_are_planned_by_the_command_line() {
     let words = plan_route(&data, &[&ends[..], &["--prefer-depth", "20", "--prefer-factor", "10"]].concat());
     let words = String::from_utf8(words.stdout).unwrap();
     assert!(words.contains("the shortest route, ") && words.contains(" m shorter:"), "{words}");
+    let area = folder.path().join("slow.geojson");
+    let ring = "[[10.318, 63.4], [10.2, 63.4], [10.2, 63.5], [10.318, 63.5], [10.318, 63.4]]";
+    std::fs::write(&area, format!(r#"{{"type": "Polygon", "coordinates": [{ring}]}}"#)).unwrap();
+    let limit = format!("0.5,{}", area.display());
+    let slow = folder.path().join("slow-route.geojson");
+    let limited = ["--limit", &limit, "--out", slow.to_str().unwrap()];
+    let limited = plan_route(&data, &[&ends[..], &limited[..]].concat());
+    assert!(limited.status.success(), "{limited:?}");
+    assert!(
+        String::from_utf8_lossy(&limited.stderr).contains("area with a speed limit keep it"),
+        "{limited:?}"
+    );
+    // The maneuvers in the area keep its limit, the first one beside it the asked speed.
+    let written = std::fs::read_to_string(&slow).unwrap();
+    let plain: String = written.chars().filter(|letter| !letter.is_whitespace()).collect();
+    for speed in [r#""value":0.5"#, r#""value":1.5"#, "Route2"] {
+        assert!(plain.contains(speed), "{speed}: {written}");
+    }
     std::fs::write(&field, "time,lat,lon,east_mps,north_mps\nnow,63,10,0,0\n").unwrap();
     let refused = plan_route(&data, &[&ends[..], &tide[..]].concat());
     assert!(

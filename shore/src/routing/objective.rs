@@ -1,5 +1,6 @@
 //! What a requested route is good for: reads objective, preferences, currents and speed limits.
 
+use super::MOST_CLEARANCE_M;
 use api::{
     SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteObjective, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
@@ -42,6 +43,12 @@ pub(super) fn objective(ask: &SeaRouteRequest, now: UtcTime) -> Result<Objective
         (steady, None) => Currents::Steady(steady.as_ref().map_or(Ok(Flow::default()), flow)?),
         (None, Some(of)) => Currents::Grid(grid(of).map_err(|text| format!("current_grid: {text}"))?),
     };
+    if ask.prefer_off_m.is_some_and(|off_m| off_m > MOST_CLEARANCE_M) {
+        return Err(format!(
+            "prefer_off_m: {} is more than {MOST_CLEARANCE_M} m",
+            ask.prefer_off_m.unwrap_or_default()
+        ));
+    }
     let usual = Preferences::default();
     let preferences = Preferences {
         depth_m: ask.prefer_depth_m,

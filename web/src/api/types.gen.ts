@@ -3782,9 +3782,14 @@ length_m: number,
  */
 speed_mps: number, 
 /**
- * Length on which the current is not known (m): beyond the grid, or its times. Time and energy are null then.
+ * Length on which the current is not known (m): beyond the grid or its times, and after such water where the current
+ * changes with time. Time and energy are null then. A route by time or energy has no more of it than the shortest one.
  */
 current_unknown_m: number, 
+/**
+ * Whether the current is too strong somewhere. Time and energy are null then.
+ */
+current_too_strong: boolean, 
 /**
  * How long it takes at the speed through the water (s); null where the current is too strong or not known.
  */
@@ -3872,12 +3877,12 @@ turn_radius_m: number | null,
  */
 objective: SeaRouteObjective, 
 /**
- * Water charted shallower than this (m) costs more, so that a route keeps to deeper water where that is worth the way;
+ * Water shallower than this (m) costs more, so that a route keeps to deeper water where that is worth the way;
  * null for no such preference.
  */
 prefer_depth_m: number | null, 
 /**
- * Water nearer than this (m), 0 to 2000, to land, dangers and water that is not deep enough costs more; null for no such
+ * Water nearer than this (m), 0 to 500, to land, dangers and water that is not deep enough costs more; null for no such
  * preference.
  */
 prefer_off_m: number | null, 
@@ -3981,6 +3986,11 @@ course_deg: number,
  * How long it takes (s); null where the current is too strong or not known.
  */
 duration_s: number | null, 
+/**
+ * The slowest speed limit (m/s) of the areas that the leg enters or touches, where it is slower than the route's speed;
+ * null where no limit is. A plan with one speed for the route does not keep it.
+ */
+limit_mps: number | null, 
 /**
  * Energy from the battery (Wh); null where the current is too strong or not known.
  */

@@ -47,6 +47,8 @@ export interface SeaRouteActions {
   depart(text: string): void;
   explain(): void;
   take(): void;
+  /** What is said of the plan's speed, where it is not the route's; else empty. */
+  keptSpeed(route: SeaRoute): string;
   choose(way: number): void;
   /** A place to pass in the middle of the map, and away with one, by its number among all chosen places. */
   moreVia(): void;
@@ -82,6 +84,7 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       {answer.value && savedText(answer.value) && <p class="note num">{savedText(answer.value)}</p>}
       {answer.value && remarks({ route, refusal: answer.value.refusal }).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
       {route && energyOf(route) && <p class="note num">{energyOf(route)}</p>}
+      {route && act.keptSpeed(route) && <p class="note num">{act.keptSpeed(route)}</p>}
       {trouble.value && <p class="note bad" role="alert">{trouble.value}</p>}
       <div class="row">
         {route && <button type="button" class="main" disabled={model.busy.value} onClick={act.take}>{around.value ? t("Take this way") : t("Add to the plan")}</button>}

@@ -9,7 +9,7 @@ import { SeaRoutePanel, type SeaRouteModel } from "../components/searoute";
 import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
-import { type Around, placesOfRoute, routesOf, speedFor, stretchAt, withRoute, withWayAround } from "../state/searoute";
+import { type Around, keptSpeedText, placesOfRoute, routesOf, speedFor, stretchAt, withRoute, withWayAround } from "../state/searoute";
 import { type CurrentsOfFile, currentsOfCsv, MOST_BYTES } from "../state/currents";
 import { isTime, pickedUs } from "../state/takeout";
 import { type Area, crosses, hasRoom, keepAreas, keptAreas, zonesOf } from "../state/avoided";
@@ -50,6 +50,8 @@ export class SeaRouteTool {
   private again = false;
   /** Counts what was changed: an answer to what was asked before is not shown. */
   private version = 0;
+  /** The departure of the last valid text, µs since 1970; null for now. */
+  private departUs: number | null = null;
 
   constructor(private readonly needs: SeaRouteNeeds) {
     this.onMap = createSeaRoute(needs.map, {
@@ -65,10 +67,13 @@ export class SeaRouteTool {
       currents: (file: File | undefined) => void this.currents(file),
       depart: (text: string) => {
         this.model.depart.value = text;
-        if (text === "" || isTime(text)) this.anew();
+        if (text !== "" && !isTime(text)) return;
+        this.departUs = text === "" ? null : pickedUs(text);
+        this.anew();
       },
       explain: () => void this.explain(),
       take: () => this.take(),
+      keptSpeed: (route: SeaRoute) => this.keptSpeed(route),
       choose: (way: number) => this.choose(way),
       moreVia: () => this.via(this.needs.centre()),
       lessVia: (index: number) => this.place(this.chosen.filter((_, at) => at !== index)),
@@ -220,7 +225,7 @@ export class SeaRouteTool {
 
   private question(explain: boolean): SeaRouteRequest {
     const { editing } = this.needs;
-    const { set, drift, depart } = this.model;
+    const { set, drift } = this.model;
     const grid = this.model.grid.value;
     return {
       points: this.chosen.map(({ lat_deg, lon_deg }) => [lat_deg, lon_deg]),
@@ -236,7 +241,7 @@ export class SeaRouteTool {
       zones: zonesOf(this.model.avoid.value),
       current: !grid && drift.value > 0 ? { set_deg: set.value, drift_mps: drift.value } : null,
       current_grid: grid ?? null,
-      depart_us: grid && isTime(depart.value) ? pickedUs(depart.value) : null,
+      depart_us: grid ? this.departUs : null,
       // Under the hand the one route is asked for, as often as can be; with places to pass a person has chosen already.
       alternatives: this.dragging || this.chosen.length > 2 ? 0 : ALTERNATIVES,
       explain,
@@ -303,6 +308,14 @@ export class SeaRouteTool {
   private choose(way: number): void {
     this.model.way.value = way;
     this.draw();
+  }
+
+  /** What the panel says of the speed that the plan will have. */
+  private keptSpeed(route: SeaRoute): string {
+    const { editing } = this.needs;
+    const around = this.around;
+    const step = around && editing.plan.maneuvers.find(({ id }) => id === around.maneuver);
+    return keptSpeedText(route, step?.speed ?? speedFor(route, editing.speed));
   }
 
   private take(): void {

@@ -14,7 +14,13 @@ export interface CurrentsOfFile {
   readonly wrong: string;
 }
 
+/** Date, time of day with or without seconds, and an offset from UTC or `Z`. */
+const TIME = /^(\d{4}-\d\d-(\d\d))[T ](\d\d:\d\d(?::\d\d(?:\.\d+)?)?)(Z|[+-]\d\d:?\d\d)?$/i;
+/** Currents are rounded to so many parts of a m/s: a question takes less room then. */
+const PARTS = 10_000;
+
 interface Row {
+  readonly line: number;
   readonly at: readonly [number, number, number];
   readonly flow: readonly [number | null, number | null];
 }
@@ -28,22 +34,32 @@ export function currentsOfCsv(text: string): CurrentsOfFile {
   const rows: Row[] = [];
   for (const [index, line] of lines.entries()) {
     if (!line.trim()) continue;
-    const row = rowOf(line, names);
+    const row = rowOf(line, index + 2, names);
     if (!row) return { wrong: t("Line {line}: write time, degrees and m/s, such as 2026-11-21T06:00:00Z,63.4,10.3,0.2,-0.1.", { line: index + 2 }) };
     rows.push(row);
   }
   return gridOf(rows);
 }
 
-function rowOf(line: string, names: readonly string[]): Row | undefined {
+function rowOf(line: string, number: number, names: readonly string[]): Row | undefined {
   const cells = line.split(",").map((cell) => cell.trim());
   const [time = "", lat = "", lon = "", east = "", north = ""] = COLUMNS.map((name) => cells[names.indexOf(name)] ?? "");
-  // Without an offset it is UTC.
-  const ms = Date.parse(/(Z|[+-]\d\d:?\d\d)$/i.test(time) ? time : `${time.replace(" ", "T")}Z`);
+  const ms = msOf(time);
   const [lat_deg, lon_deg] = [degrees(lat), degrees(lon)];
-  const speeds = [east, north].map((speed) => (speed === "" || /^nan$/i.test(speed) ? null : Number(speed)));
+  const speeds = [east, north].map((speed) => (speed === "" || /^nan$/i.test(speed) ? null : Math.round(Number(speed) * PARTS) / PARTS));
   const good = [ms, lat_deg, lon_deg].every(Number.isFinite) && speeds.every((speed) => speed === null || Number.isFinite(speed));
-  return good ? { at: [ms * 1000, lat_deg, lon_deg], flow: [speeds[0] ?? null, speeds[1] ?? null] } : undefined;
+  return good ? { line: number, at: [ms * 1000, lat_deg, lon_deg], flow: [speeds[0] ?? null, speeds[1] ?? null] } : undefined;
+}
+
+/** The time of a text, ms since 1970; not a number where it has no such time. */
+function msOf(text: string): number {
+  const [, date, day, clock, offset = ""] = TIME.exec(text) ?? [];
+  if (!date) return Number.NaN;
+  // A day that its month does not have would become one of the next month.
+  if (new Date(`${date}T00:00Z`).getUTCDate() !== Number(day)) return Number.NaN;
+  // Without an offset it is UTC.
+  const zone = /^$|^z$/i.test(offset) ? "Z" : offset.replace(/^(...):?/, "$1:");
+  return Date.parse(`${date}T${clock}${zone}`);
 }
 
 function degrees(text: string): number {
@@ -60,8 +76,12 @@ function gridOf(rows: readonly Row[]): CurrentsOfFile {
   const [steps, lats, lons] = [place(times_us), place(lats_deg), place(lons_deg)];
   const east_mps = new Array<number | null>(count).fill(null);
   const north_mps = new Array<number | null>(count).fill(null);
-  for (const { at: [time, lat, lon], flow: [east, north] } of rows) {
+  const lines = new Map<number, number>();
+  for (const { line, at: [time, lat, lon], flow: [east, north] } of rows) {
     const at = ((steps.get(time) ?? 0) * lats_deg.length + (lats.get(lat) ?? 0)) * lons_deg.length + (lons.get(lon) ?? 0);
+    const first = lines.get(at);
+    if (first !== undefined) return { wrong: t("Line {line}: the same time and place as in line {first}. Remove one.", { line, first }) };
+    lines.set(at, line);
     [east_mps[at], north_mps[at]] = [east, north];
   }
   return { grid: { times_us, lats_deg, lons_deg, east_mps, north_mps }, wrong: "" };

@@ -36,7 +36,7 @@ export function routeName(route: SeaRoute, index: number, { shortest, route: bes
   const longer = Math.round(route.length_m - (least?.length_m ?? 0));
   const chosen = index === 0 && !isShortest;
   const more = t("{n}: {length} longer", { n: index + 1, length: lengthOf(longer) });
-  const name = isShortest ? t("Shortest") : chosen ? t("{name}, {length} longer", { name: chosenName(objective), length: lengthOf(longer) }) : more;
+  const name = isShortest ? t("Shortest") : chosen ? (longer < 1 ? chosenName(objective) : t("{name}, {length} longer", { name: chosenName(objective), length: lengthOf(longer) })) : more;
   const energy = shortest && route.energy_wh !== null ? ` · ${Math.round(route.energy_wh)} Wh` : "";
   return `${name} · ${routeText(route)}${energy}`;
 }
@@ -68,6 +68,11 @@ export function speedFor(route: Pick<SeaRoute, "speed_mps">, speed: PlanSpeed): 
   return slower ? { value: Math.round(100 * route.speed_mps) / 100, unit: "mps" } : speed;
 }
 
+/** What the plan's speed is, where the route was reckoned with another one; empty where both are the same. */
+export function keptSpeedText(route: Pick<SeaRoute, "speed_mps">, speed: PlanSpeed): string {
+  return speed.unit === "mps" && Math.abs(speed.value - route.speed_mps) < 0.006 ? "" : t("The plan keeps its own speed; time and energy are for {speed} m/s.", { speed: route.speed_mps.toFixed(2) });
+}
+
 /** Length, time, and what there is around it, in a line. */
 export function routeText(route: SeaRoute): string {
   const depth = route.least_depth_m === null ? "" : ` · ${t("least depth {depth} m", { depth: route.least_depth_m.toFixed(1) })}`;
@@ -75,8 +80,11 @@ export function routeText(route: SeaRoute): string {
   return `${lengthOf(route.length_m)} · ${timeOf(route)}${depth}${clear}`;
 }
 
-function timeOf({ duration_s, current_unknown_m }: SeaRoute): string {
-  if (duration_s === null) return current_unknown_m > 0 ? t("the current is not known everywhere") : t("the current is too strong");
+function timeOf({ duration_s, current_unknown_m, current_too_strong }: SeaRoute): string {
+  if (duration_s === null) {
+    const unknown = current_unknown_m > 0 ? [t("the current is not known everywhere")] : [];
+    return [...(current_too_strong || !unknown.length ? [t("the current is too strong")] : []), ...unknown].join(", ");
+  }
   const minutes = Math.max(1, Math.round(duration_s / 60));
   return minutes < 90 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }

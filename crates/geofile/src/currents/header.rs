@@ -47,7 +47,8 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Attribute {
     Text(String),
-    Number(f64),
+    /// The first two at most: a pair is the most that is needed.
+    Numbers(Vec<f64>),
 }
 
 pub(super) type Attributes = Vec<(String, Attribute)>;
@@ -73,7 +74,15 @@ impl Variable {
 
     pub(super) fn number(&self, name: &str) -> Option<f64> {
         self.attributes.iter().find_map(|(found, value)| match value {
-            Attribute::Number(number) if found == name => Some(*number),
+            Attribute::Numbers(numbers) if found == name => numbers.first().copied(),
+            _ => None,
+        })
+    }
+
+    /// Two numbers of one attribute.
+    pub(super) fn pair(&self, name: &str) -> Option<[f64; 2]> {
+        self.attributes.iter().find_map(|(found, value)| match value {
+            Attribute::Numbers(numbers) if found == name => <[f64; 2]>::try_from(numbers.as_slice()).ok(),
             _ => None,
         })
     }
@@ -219,7 +228,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Of numbers the first is kept.
+    /// Of numbers the first two are kept.
     fn attributes(&mut self) -> Result<Attributes, CurrentsError> {
         self.list(0x0C, |reader| {
             let (name, kind, count) = (reader.name()?, reader.kind()?, reader.word()?);
@@ -228,7 +237,9 @@ impl Reader<'_> {
             let value = if kind == Kind::Char {
                 Attribute::Text(String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned())
             } else {
-                Attribute::Number(bytes.get(..kind.bytes()).map_or(f64::NAN, |bytes| kind.number(bytes)))
+                Attribute::Numbers(
+                    bytes.chunks_exact(kind.bytes()).take(2).map(|bytes| kind.number(bytes)).collect(),
+                )
             };
             Ok((name, value))
         })

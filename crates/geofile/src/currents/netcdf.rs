@@ -4,7 +4,7 @@
 //! without; of several depths the one nearest to the surface is read. Rotated grids, whose rows are not of one latitude,
 //! are refused.
 
-use super::header::{Header, Variable, wrong};
+use super::header::{Header, Kind, Variable, wrong};
 use super::{CurrentField, CurrentsError, MOST_CROSSINGS};
 use units::UtcTime;
 
@@ -19,6 +19,8 @@ const NORTH: ([&str; 2], [&str; 6]) = (
 );
 const METRES_A_SECOND: [&str; 7] =
     ["m s-1", "m/s", "m.s-1", "meter second-1", "metre second-1", "m s^-1", "m s**-1"];
+/// Calendars whose days are those of UTC, for times of today.
+const CALENDARS: [&str; 3] = ["standard", "gregorian", "proleptic_gregorian"];
 /// Longest axis that is read.
 const LONGEST_AXIS: usize = 1 << 20;
 
@@ -89,7 +91,11 @@ impl File<'_> {
         let by_standard = variables
             .iter()
             .find(|one| one.text("standard_name").is_some_and(|name| standard.contains(&name)));
-        let by_name = || variables.iter().find(|one| usual.contains(&one.name.to_ascii_lowercase().as_str()));
+        // A variable that says it is something else, such as wind, is not taken for a current by its name.
+        let is_usual = |one: &&Variable| {
+            one.text("standard_name").is_none() && usual.contains(&one.name.to_ascii_lowercase().as_str())
+        };
+        let by_name = || variables.iter().find(is_usual);
         let found = by_standard.or_else(by_name).ok_or_else(|| {
             let names: Vec<&str> = variables.iter().map(|one| one.name.as_str()).take(20).collect();
             wrong(format!(
@@ -134,6 +140,13 @@ impl File<'_> {
 
     fn times_s(&self, dimension: usize) -> Result<Vec<f64>, CurrentsError> {
         let variable = self.coordinate(dimension)?;
+        let calendar = variable.text("calendar").unwrap_or(CALENDARS[0]).trim().to_ascii_lowercase();
+        if !CALENDARS.contains(&calendar.as_str()) {
+            return Err(wrong(format!(
+                "{} counts in the calendar {calendar}; give times in the standard calendar",
+                variable.name
+            )));
+        }
         let units = variable.text("units").unwrap_or_default();
         let not_time = || {
             wrong(format!(
@@ -182,7 +195,8 @@ impl File<'_> {
         };
         let at =
             |number: usize| number.checked_mul(each).and_then(|offset| variable.begin.checked_add(offset));
-        (0..length).map(|number| self.number(variable, at(number))).collect()
+        let (scale, offset) = packing(variable);
+        (0..length).map(|number| Ok(self.number(variable, at(number))? * scale + offset)).collect()
     }
 
     fn number(&self, variable: &Variable, at: Option<usize>) -> Result<f64, CurrentsError> {
@@ -200,9 +214,14 @@ impl File<'_> {
         level: usize,
         field: &CurrentField,
     ) -> Result<Vec<f32>, CurrentsError> {
-        let (scale, offset) =
-            (variable.number("scale_factor").unwrap_or(1.0), variable.number("add_offset").unwrap_or(0.0));
-        let missing = [variable.number("_FillValue"), variable.number("missing_value")];
+        let (scale, offset) = packing(variable);
+        let fill = variable.number("_FillValue").or_else(|| default_fill(variable.kind));
+        let missing = [fill, variable.number("missing_value")];
+        // Like fill values, limits are of values as they are stored.
+        let [least, most] = variable.pair("valid_range").unwrap_or_else(|| {
+            [("valid_min", f64::NEG_INFINITY), ("valid_max", f64::INFINITY)]
+                .map(|(name, otherwise)| variable.number(name).unwrap_or(otherwise))
+        });
         let of_records = self.header.is_of_records(variable);
         let at_once = self.header.values_at_once(variable);
         let in_step = if of_records { at_once } else { at_once / field.times_s.len().max(1) };
@@ -218,10 +237,29 @@ impl File<'_> {
                     step.checked_mul(step_bytes).and_then(|before| variable.begin.checked_add(before));
                 let at = begin.zip(within).and_then(|(begin, within)| begin.checked_add(within));
                 let stored = self.number(variable, at)?;
-                let filled = missing.contains(&Some(stored)) || !stored.is_finite() || stored.abs() > 1e30;
+                let filled = missing.contains(&Some(stored))
+                    || !stored.is_finite()
+                    || stored.abs() > 1e30
+                    || stored < least
+                    || stored > most;
                 values.push(if filled { f32::NAN } else { (stored * scale + offset) as f32 });
             }
         }
         Ok(values)
+    }
+}
+
+/// By what stored values are multiplied, and what is added then.
+fn packing(variable: &Variable) -> (f64, f64) {
+    (variable.number("scale_factor").unwrap_or(1.0), variable.number("add_offset").unwrap_or(0.0))
+}
+
+/// The value that the library of the format writes where nothing was given; of bytes any value may be meant, and those of
+/// floats are too large for a current.
+fn default_fill(kind: Kind) -> Option<f64> {
+    match kind {
+        Kind::Short => Some(-32_767.0),
+        Kind::Int => Some(-2_147_483_647.0),
+        Kind::Byte | Kind::Char | Kind::Float | Kind::Double => None,
     }
 }

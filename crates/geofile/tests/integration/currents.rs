@@ -32,7 +32,7 @@ fn csv_gives_a_grid_whatever_the_order_of_its_lines_and_columns() {
 }
 
 #[test]
-fn csv_that_is_no_grid_is_refused_with_its_line_and_the_remedy() {
+fn csv_that_is_not_a_grid_is_refused_with_its_line_and_the_remedy() {
     let row = |row: &str| format!("time,lat,lon,east_mps,north_mps\n\n{row}\n");
     for (text, part) in [
         (String::new(), "line 1: the heading has no column time"),
@@ -78,6 +78,12 @@ struct Classic {
     units: &'static str,
     names: [&'static str; 2],
     standard: bool,
+    /// The `standard_name` of the component to the east, if it is not the one of a current.
+    eastward: Option<&'static str>,
+    calendar: Option<&'static str>,
+    /// Numbers beside those of packing: of which variable, its name, and its values.
+    more: &'static [(usize, &'static str, &'static [f64])],
+    fill: bool,
 }
 
 const PLAIN: Classic = Classic {
@@ -89,6 +95,10 @@ const PLAIN: Classic = Classic {
     units: "m s-1",
     names: ["u", "v"],
     standard: false,
+    eastward: None,
+    calendar: None,
+    more: &[],
+    fill: true,
 };
 
 fn word(out: &mut Vec<u8>, value: usize) {
@@ -194,12 +204,17 @@ impl Classic {
             over.iter().for_each(|dimension| word(&mut out, *dimension));
             let mut texts = Vec::new();
             match number {
-                0 => texts.push(("units", "hours since 2026-11-21 06:00:00")),
+                0 => {
+                    texts.push(("units", "hours since 2026-11-21 06:00:00"));
+                    texts.extend(self.calendar.map(|calendar| ("calendar", calendar)));
+                }
                 2 => texts.push(("units", "degrees_north")),
                 3 => texts.push(("units", "degrees_east")),
                 4 | 5 => {
                     texts.push(("units", self.units));
-                    if self.standard {
+                    if let Some(name) = self.eastward.filter(|_| number == 4) {
+                        texts.push(("standard_name", name));
+                    } else if self.standard {
                         texts.push((
                             "standard_name",
                             if number == 4 {
@@ -212,18 +227,21 @@ impl Classic {
                 }
                 _ => {}
             }
-            let numbers: &[(&str, f64)] = match (number, self.packed) {
-                (4 | 5, true) => &[("scale_factor", 0.001), ("_FillValue", 9_999.0)],
-                (4 | 5, false) => &[("_FillValue", 9_999.0)],
-                _ => &[],
+            let mut numbers: Vec<(&str, &[f64])> = match (number, self.packed) {
+                (4 | 5, true) => vec![("scale_factor", &[0.001][..]), ("_FillValue", &[9_999.0][..])],
+                (4 | 5, false) => vec![("_FillValue", &[9_999.0][..])],
+                _ => vec![],
             };
+            numbers.retain(|(name, _)| self.fill || *name != "_FillValue");
+            let more = self.more.iter().filter(|(of, _, _)| *of == number);
+            numbers.extend(more.map(|(_, name, values)| (*name, *values)));
             (word(&mut out, 0x0C), word(&mut out, texts.len() + numbers.len()));
             for (attribute, text) in texts {
                 (name(&mut out, attribute), word(&mut out, 2), name(&mut out, text));
             }
-            for (attribute, number) in numbers {
-                (name(&mut out, attribute), word(&mut out, 6), word(&mut out, 1));
-                out.extend(number.to_be_bytes());
+            for (attribute, values) in numbers {
+                (name(&mut out, attribute), word(&mut out, 6), word(&mut out, values.len()));
+                values.iter().for_each(|value| out.extend(value.to_be_bytes()));
             }
             word(
                 &mut out,
@@ -300,6 +318,47 @@ fn netcdf_that_cannot_be_read_says_why_and_what_to_do() {
     for cut in 0..whole.len() {
         assert!(read(&whole[..cut]).is_err(), "cut at {cut}");
     }
+}
+
+#[test]
+fn netcdf_of_wind_or_another_calendar_is_refused_by_name() {
+    let of = |file: Classic| read(&file.bytes()).unwrap_err().to_string();
+    let wind = of(Classic { eastward: Some("eastward_wind"), ..PLAIN });
+    assert!(wind.contains("there is no eastward current"), "{wind}");
+    let days = of(Classic { calendar: Some("360_day"), ..PLAIN });
+    assert!(days.contains("time counts in the calendar 360_day; give times in the standard"), "{days}");
+    is_as_written(&read(&Classic { calendar: Some("gregorian"), ..PLAIN }.bytes()).unwrap(), &PLAIN);
+}
+
+#[test]
+fn netcdf_coordinates_are_unpacked_and_values_out_of_their_valid_range_are_missing() {
+    let packed: &[(usize, &str, &[f64])] = &[(3, "scale_factor", &[2.0]), (3, "add_offset", &[-10.0])];
+    let field = read(&Classic { more: packed, ..PLAIN }.bytes()).unwrap();
+    for (found, stored) in field.lons_deg.iter().zip([10.0, 10.1, 10.2]) {
+        assert!((found - (2.0 * stored - 10.0)).abs() < 1e-9, "{found}");
+    }
+    // East is 0.01 × place in the file: values 0, 2 and 3 are within, the second one is filled.
+    let range: &[(usize, &str, &[f64])] = &[(4, "valid_range", &[-1.0, 0.035])];
+    let most: &[(usize, &str, &[f64])] = &[(4, "valid_min", &[-1.0]), (4, "valid_max", &[0.035])];
+    for more in [range, most] {
+        let east = read(&Classic { more, ..PLAIN }.bytes()).unwrap().east_mps;
+        let known: Vec<bool> = east[..6].iter().map(|mps| !mps.is_nan()).collect();
+        assert_eq!(known, [true, false, true, true, false, false]);
+    }
+}
+
+#[test]
+fn netcdf_shorts_that_were_never_written_are_missing() {
+    let file = Classic { packed: true, fill: false, ..PLAIN };
+    let mut bytes = file.bytes();
+    // The second value of both components, 9999 in the file: as the library of the format leaves it.
+    let filled = 9_999_i16.to_be_bytes();
+    let found: Vec<usize> = (0..bytes.len() - 1).filter(|at| bytes[*at..at + 2] == filled).collect();
+    assert_eq!(found.len(), 2);
+    for at in found {
+        bytes[at..at + 2].copy_from_slice(&(-32_767_i16).to_be_bytes());
+    }
+    is_as_written(&read(&bytes).unwrap(), &file);
 }
 
 proptest! {

@@ -19,7 +19,7 @@ pub(super) struct ObjectiveArguments {
     /// What the route is good for.
     #[arg(long, value_enum, default_value_t = Best::Shortest)]
     objective: Best,
-    /// Water charted shallower than this costs more (m).
+    /// Water shallower than this at the water level (--water-level) costs more (m).
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     prefer_depth: Option<f64>,
     /// Water nearer than this to land, dangers and water that is not deep enough costs more (m).

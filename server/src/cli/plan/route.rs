@@ -196,7 +196,19 @@ impl Terms<'_> {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
-                    write(out, format, &route, route.speed_mps(&self.objective))?;
+                    let speed_mps = route.speed_mps(&self.objective);
+                    let slow = write(out, format, &route, (speed_mps, &route.reckon(&self.objective)))?;
+                    if slow && format == Format::Gpx {
+                        complain!(
+                            "{}: GPX has no speeds, so it does not keep the speed limits; write .json or .geojson",
+                            out.display()
+                        );
+                    } else if slow {
+                        complain!(
+                            "{}: legs that enter an area with a speed limit keep it from end to end, so the plan takes longer than is said here",
+                            out.display()
+                        );
+                    }
                 }
                 if arguments.json {
                     let mut answer = self.described(&Value::Null, &route, time_us);
@@ -313,7 +325,7 @@ impl Terms<'_> {
             .map(|(leg, cost)| {
                 json!({"length_m": leg.length_m, "duration_s": cost.duration_s,
                        "energy_wh": cost.energy_j.map(|energy_j| energy_j / 3_600.0), "min_depth_m": leg.worst.water.least_m(),
-                       "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
+                       "limit_mps": cost.limit_mps, "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
                        "turn_deg": leg.turn.map(|turn| turn.change_rad.to_degrees()),
                        "turn_warning": turn_warning(leg)})
             })
@@ -325,13 +337,16 @@ impl Terms<'_> {
         json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
                "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
-               "current_unknown_m": unknown_m, "shortest": shortest,
+               "current_unknown_m": unknown_m, "current_too_strong": costs.iter().any(|cost| cost.too_strong), "shortest": shortest,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
     fn print_shortest(&self, route: &Route, needs: &Needs) {
         if let Some(shortest) = &route.shortest {
-            say!("\nthe shortest route, {:.0} m shorter:", route.length_m - shortest.length_m);
+            let shorter_m = route.length_m - shortest.length_m;
+            // Joining corners can make the shortest one a little longer.
+            let than = if shorter_m < 0.0 { "longer" } else { "shorter" };
+            say!("\nthe shortest route, {:.0} m {than}:", shorter_m.abs());
             self.print(shortest, needs);
         } else if !self.objective.is_shortest() {
             say!("this is the shortest route too");
@@ -382,8 +397,13 @@ impl Terms<'_> {
                 format!("{:.0} min and {energy_wh:.0} Wh (estimate)", duration_s / 60.0)
             }
             (Some(duration_s), None) => format!("{:.0} min", duration_s / 60.0),
-            _ if unknown_m > 0.0 => format!("the current is not known on {unknown_m:.0} m"),
-            _ => "the current is too strong".to_owned(),
+            _ => {
+                let strong =
+                    costs.iter().any(|cost| cost.too_strong).then(|| "the current is too strong".to_owned());
+                let unknown =
+                    (unknown_m > 0.0).then(|| format!("the current is not known on {unknown_m:.0} m"));
+                strong.into_iter().chain(unknown).collect::<Vec<_>>().join(", ")
+            }
         };
         say!(
             "{:.1} m in {} legs, {takes} at {speed_mps:.2} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
@@ -460,15 +480,28 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
     value
 }
 
-fn write(out: &Path, format: Format, route: &Route, speed: f64) -> anyhow::Result<()> {
+/// Writes a route as a plan, at a speed (m/s); legs that enter areas with slower speed limits are maneuvers of their own.
+/// Whether there are any.
+fn write(
+    out: &Path,
+    format: Format,
+    route: &Route,
+    (speed_mps, costs): (f64, &[LegCost]),
+) -> anyhow::Result<bool> {
     let place = |place: LatLon| PlanPlace { lat_deg: place.lat_deg(), lon_deg: place.lon_deg() };
-    let task = PlanTask::FollowPath { points: route.places().map(place).collect() };
-    let speed = PlanSpeed { value: speed, unit: SpeedUnit::Mps };
-    let plan = PlanDocument {
-        name: "Route".to_owned(),
-        maneuvers: vec![PlanStep { id: "Route".to_owned(), speed, task }],
-        ..PlanDocument::default()
-    };
+    let places: Vec<PlanPlace> = route.places().map(place).collect();
+    let of_leg = |cost: &LegCost| cost.limit_mps.unwrap_or(speed_mps);
+    let mut maneuvers = Vec::new();
+    let mut from = 0;
+    for same in costs.chunk_by(|one, other| of_leg(one) == of_leg(other)) {
+        let id = if from == 0 { "Route".to_owned() } else { format!("Route {}", maneuvers.len() + 1) };
+        let points = places[from..=from + same.len()].to_vec();
+        let speed = PlanSpeed { value: of_leg(&same[0]), unit: SpeedUnit::Mps };
+        maneuvers.push(PlanStep { id, speed, task: PlanTask::FollowPath { points } });
+        from += same.len();
+    }
+    let plan = PlanDocument { name: "Route".to_owned(), maneuvers, ..PlanDocument::default() };
     let text = plans::write(&plan, format).map_err(|text| anyhow!("{}: {text}", out.display()))?;
-    fs::write(out, text).with_context(|| out.display().to_string())
+    fs::write(out, text).with_context(|| out.display().to_string())?;
+    Ok(costs.iter().any(|cost| cost.limit_mps.is_some()))
 }
