@@ -24,7 +24,7 @@ test("areas come back for their plan, and leave nothing when there are none", ()
   keepAreas(local, "/api/v1/plans/1", [area]);
   assert.deepEqual(keptAreas(local, "/api/v1/plans/1"), [area]);
   assert.deepEqual(keptAreas(local, "/api/v1/plans/2"), []);
-  assert.deepEqual(zonesOf([area]), [{ kind: "avoid", corners: [[63, 10], [63.1, 10], [63.1, 10.2]] }]);
+  assert.deepEqual(zonesOf([area]), [{ kind: "avoid", corners: [[63, 10], [63.1, 10], [63.1, 10.2]], most_mps: null }]);
   keepAreas(local, "/api/v1/plans/1", []);
   assert.equal(local.kept.size, 0);
 });

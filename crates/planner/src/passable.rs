@@ -82,7 +82,7 @@ impl<'a> Search<'a> {
         request: &'a Request,
         cancel: &'a Cancel<'a>,
     ) -> Option<Self> {
-        let ends = Question { room, index, request, cancel }.ends()?;
+        let ends = Question { room, index, request, wish: None, cancel }.ends()?;
         let asked = [request.from, request.to].map(|place| room.plane().point(place));
         let moved = ends.len() > 1 || ends[0] != asked;
         let (lines, wider_m) = room.closing_lines(index);
@@ -243,7 +243,7 @@ impl<'a> Search<'a> {
             let middle = self.room.plane().place(min.towards(max, 0.5));
             let halves_m = ((max.x - min.x) / 2.0, (max.y - min.y) / 2.0);
             let room = SeaRoom::around(index, (needs, zones), middle, halves_m, cancel)?;
-            match (Question { room: &room, index, request, cancel }).answer() {
+            match (Question { room: &room, index, request, wish: None, cancel }).answer() {
                 Ok(route) => return Ok(Some(route)),
                 Err(Refusal::Plan(error)) => return Err(error),
                 Err(_) => {}

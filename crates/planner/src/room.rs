@@ -191,6 +191,18 @@ impl SeaRoom {
             && self.clearance(from, to, self.cut_m + SLACK_M).is_none()
     }
 
+    /// How far around a point legs may lead and keep clear (m), `most_m` at most; 0 where it does not keep clear itself.
+    pub(crate) fn free_m(&self, at: Point, most_m: f64) -> f64 {
+        let off_m = self.cut_m + SLACK_M;
+        let barrier_m = self.clearance(at, at, most_m + off_m).map_or(most_m, |(clear_m, _)| clear_m - off_m);
+        let here = Bounds::of(&[at]);
+        let border_off_m = self.zones.margin_m() + SLACK_M;
+        let near =
+            self.borders.iter().filter(|side| Bounds::of(*side).distance_m(&here) <= most_m + border_off_m);
+        let border_m = near.map(|[a, b]| at.distance_m(at.nearest_on(*a, *b)) - border_off_m);
+        border_m.fold(barrier_m, f64::min).max(0.0)
+    }
+
     /// Whether a leg keeps to the zones: it begins where they allow it, and comes no nearer to a border than their margin.
     pub(crate) fn keeps_to_zones(&self, from: Point, to: Point) -> bool {
         self.zones.allow(self.plane.place(from)) && self.keeps_from_borders(from, to, self.zones.margin_m())

@@ -1,11 +1,13 @@
 //! Answers requests on a chart, and keeps the sea room that it made for them.
 
 use crate::Cancel;
-use crate::needs::Needs;
+use crate::needs::{Needs, NeedsError};
+use crate::objective::{Aim, Objective};
 use crate::passable::{Passable, Search};
 use crate::plane::Plane;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
+use crate::sailing::Wish;
 use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, Leg};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -36,6 +38,10 @@ pub struct Router {
     most_rooms: usize,
     most_vertices: usize,
     zones: Arc<Zones>,
+    /// What routes are good for; `None` for the shortest.
+    objective: Option<Arc<Objective>>,
+    /// The speed through the water of all stretches, once it is chosen (m/s).
+    pace_mps: Option<f64>,
     rooms: Arc<Mutex<Vec<Kept>>>,
 }
 
@@ -69,7 +75,16 @@ impl Router {
         });
         let whole = narrow && index.vertex_count() <= WHOLE_VERTICES;
         let (most_rooms, most_vertices) = (MOST_ROOMS, MOST_VERTICES);
-        Self { index, whole, most_rooms, most_vertices, zones: Arc::default(), rooms: Arc::default() }
+        Self {
+            index,
+            whole,
+            most_rooms,
+            most_vertices,
+            zones: Arc::default(),
+            objective: None,
+            pace_mps: None,
+            rooms: Arc::default(),
+        }
     }
 
     /// Over a chart that is prepared region by region, whatever its size.
@@ -92,12 +107,26 @@ impl Router {
     /// For ways that keep to zones; it shares the water that is kept with this one.
     #[must_use]
     pub fn in_zones(&self, zones: Zones) -> Self {
-        Self {
-            index: Arc::clone(&self.index),
-            zones: Arc::new(zones),
-            rooms: Arc::clone(&self.rooms),
-            ..*self
-        }
+        Self { zones: Arc::new(zones), ..self.shared() }
+    }
+
+    /// For the best routes by an objective; it shares the water that is kept with this one.
+    ///
+    /// They are looked for in the region that is prepared for the shortest route, and never cost more than that one; where
+    /// they are another one, [`Route::shortest`] has the shortest to compare with. How near they come to the best way is
+    /// said at `weighing`.
+    ///
+    /// # Errors
+    /// The first value of the objective that is out of range.
+    pub fn by_objective(&self, objective: Objective) -> Result<Self, NeedsError> {
+        objective.validate()?;
+        let objective = (!objective.is_shortest()).then(|| Arc::new(objective));
+        Ok(Self { objective, ..self.shared() })
+    }
+
+    fn shared(&self) -> Self {
+        let (zones, objective) = (Arc::clone(&self.zones), self.objective.clone());
+        Self { index: Arc::clone(&self.index), zones, objective, rooms: Arc::clone(&self.rooms), ..*self }
     }
 
     /// The chart.
@@ -110,20 +139,25 @@ impl Router {
     /// # Errors
     /// The reason that no route exists.
     pub fn route(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
-        let mut route = request.not_too_long(self.stretch(request, needs, cancel)?)?;
+        let mut route = request.not_too_long(self.stretch(request, (needs, None), cancel)?)?;
         route.judge_turns(request, &self.index, needs, &self.zones);
         Ok(route)
     }
 
-    /// A route whose turns are not judged yet.
-    fn stretch(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
+    /// A route whose turns are not judged yet, after the stretches before it.
+    fn stretch(
+        &self,
+        request: &Request,
+        (needs, before): (&Needs, Option<&Route>),
+        cancel: &Cancel<'_>,
+    ) -> Result<Route, Refusal> {
         needs.validate()?;
         request.validate()?;
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
         // Nothing is prepared for a way that is too long in any case: the farther the ends, the more memory that takes.
         request.not_longer(straight_m)?;
         if self.whole {
-            return self.ask(None, request, needs, cancel).map(|(route, _)| route);
+            return self.ask(None, request, (needs, before), cancel).map(|(route, _)| route);
         }
         if straight_m > FARTHEST_M {
             return Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: FARTHEST_M / 1e3 });
@@ -134,9 +168,9 @@ impl Router {
                 // What a smaller region said holds, if there was one.
                 return if turn > 0 { answer } else { Err(self.too_far(straight_m, &square, needs)) };
             }
-            answer = match self.ask(Some(square), request, needs, cancel) {
+            answer = match self.ask(Some(square), request, (needs, before), cancel) {
                 // No way that leaves the region can be shorter.
-                Ok((route, least_out_m)) if route.length_m <= least_out_m => return Ok(route),
+                Ok((route, least_out_m)) if route.shortest_m() <= least_out_m => return Ok(route),
                 Ok((route, _)) => Ok(route),
                 // There may be a way around, by water outside, unless an end lies in water that does not lead there.
                 Err(refusal @ Refusal::NoWay { .. }) => {
@@ -170,12 +204,17 @@ impl Router {
             [from, onward @ ..] if !onward.is_empty() => (*from, onward.to_vec()),
             _ => (request.from, vec![request.to]),
         };
+        if let Some(pace_mps) = self.pace_over(places, request, needs, cancel)? {
+            let at_pace = Self { pace_mps: Some(pace_mps), ..self.shared() };
+            return at_pace.route_by(places, request, needs, cancel);
+        }
         let mut whole: Option<Route> = None;
         for (stretch, to) in onward.into_iter().enumerate() {
             let from = whole.as_ref().map_or(from, Route::goal);
             // Of one stretch alone: those of several would have to be chosen for each of them.
             let alternatives = if places.len() > 2 { 0 } else { request.alternatives };
-            let next = self.stretch(&Request { from, to, alternatives, ..*request }, needs, cancel);
+            let request = Request { from, to, alternatives, ..*request };
+            let next = self.stretch(&request, (needs, whole.as_ref()), cancel);
             let next = next.map_err(|refusal| (stretch, refusal))?;
             whole = Some(match whole {
                 Some(before) => before.then(next),
@@ -187,6 +226,25 @@ impl Router {
         // With the turns at places on the way.
         whole.judge_turns(request, &self.index, needs, &self.zones);
         Ok(whole)
+    }
+
+    /// The speed of a route of the least energy by way of several places: one for all stretches, the best along the shortest
+    /// ones, so that no stretch is too slow against its current if that can be helped. `None` where it is not to be chosen.
+    fn pace_over(
+        &self,
+        places: &[LatLon],
+        request: &Request,
+        needs: &Needs,
+        cancel: &Cancel<'_>,
+    ) -> Result<Option<f64>, (usize, Refusal)> {
+        let chooses = places.len() > 2 && self.pace_mps.is_none();
+        let Some(objective) = self.objective.as_deref().filter(|one| chooses && one.aim == Aim::Energy)
+        else {
+            return Ok(None);
+        };
+        let plain = Self { objective: None, ..self.shared() };
+        let shortest = plain.route_by(places, &Request { turn_radius_m: None, ..*request }, needs, cancel)?;
+        Ok(Some(objective.best_pace_mps(&shortest.lines())))
     }
 
     /// Which smaller demands would give a route: the greatest least depth with this clearance, and the greatest clearance
@@ -207,8 +265,10 @@ impl Router {
 
     /// Whether a region larger than the smallest ones is of charts that are too much for it.
     fn is_too_much(&self, square: &Square, needs: &Needs) -> bool {
-        square.half_m > HALVES_M[0]
-            && SeaRoom::vertices(&self.index, needs, square.middle, square.half_m) > self.most_vertices
+        let preferred = self.objective.iter().flat_map(|objective| objective.preferred(needs)).flatten();
+        let mut all = std::iter::once(*needs).chain(preferred);
+        let vertices = |needs| SeaRoom::vertices(&self.index, &needs, square.middle, square.half_m);
+        square.half_m > HALVES_M[0] && all.any(|needs| vertices(needs) > self.most_vertices)
     }
 
     /// How far apart ends may lie around the middle of a region that is too much.
@@ -228,7 +288,7 @@ impl Router {
         cancel: &Cancel<'_>,
     ) -> Result<bool, PlanError> {
         let room = self.room(self.key(needs, Some(square)), cancel)?;
-        Ok(Question { room: &room, index: &self.index, request, cancel }.is_enclosed())
+        Ok(Question { room: &room, index: &self.index, request, wish: None, cancel }.is_enclosed())
     }
 
     /// How many rooms are kept, and about how much memory they take (bytes).
@@ -250,13 +310,37 @@ impl Router {
         &self,
         region: Option<Square>,
         request: &Request,
-        needs: &Needs,
+        (needs, before): (&Needs, Option<&Route>),
         cancel: &Cancel<'_>,
     ) -> Result<(Route, f64), Refusal> {
         let room = self.room(self.key(needs, region), cancel)?;
-        let route = Question { room: &room, index: &self.index, request, cancel }.answer()?;
+        if self.objective.as_ref().is_some_and(|one| one.preferred(needs).iter().any(Option::is_some)) {
+            // Preferred water is prepared only where there is a route.
+            let request = &Request { alternatives: 0, ..*request };
+            Question { room: &room, index: &self.index, request, wish: None, cancel }.answer()?;
+        }
+        let wish = self.wish(region, (needs, before), cancel)?;
+        let route =
+            Question { room: &room, index: &self.index, request, wish: wish.as_ref(), cancel }.answer()?;
         let ends = [request.from, request.to].map(|place| room.plane().point(place));
         Ok((route, room.least_way_out_m(ends[0], ends[1])))
+    }
+
+    /// The objective of a stretch, with the water that it prefers.
+    fn wish(
+        &self,
+        region: Option<Square>,
+        (needs, before): (&Needs, Option<&Route>),
+        cancel: &Cancel<'_>,
+    ) -> Result<Option<Wish>, PlanError> {
+        let Some(objective) = &self.objective else { return Ok(None) };
+        let preferred = objective.preferred(needs).into_iter().flatten();
+        let preferred = preferred.map(|needs| self.room(self.key(&needs, region), cancel));
+        let preferred = preferred.collect::<Result<_, _>>()?;
+        let before = before.filter(|_| objective.currents.varies_in_time());
+        let since = |before: &Route| objective.estimate_s(&before.lines(), before.speed_mps(objective));
+        let since_s = before.map_or(0.0, since);
+        Ok(Some(Wish { objective: Arc::clone(objective), preferred, since_s, pace_mps: self.pace_mps }))
     }
 
     /// The water for these needs, prepared now if it is not kept.
@@ -276,7 +360,10 @@ impl Router {
         let held = |rooms: &[Kept]| rooms.iter().map(|kept| kept.room.bytes()).sum::<usize>();
         while rooms.len() >= self.most_rooms || !rooms.is_empty() && held(&rooms) + room.bytes() > MOST_BYTES
         {
-            rooms.remove(0);
+            // What a question works with stays: it may have up to three.
+            let unused = rooms.iter().position(|kept| Arc::strong_count(&kept.room) == 1);
+            let Some(unused) = unused else { break };
+            rooms.remove(unused);
         }
         rooms.push(Kept { key, room: Arc::clone(&room) });
         Ok(room)

@@ -5,7 +5,8 @@
 //! vessel's area of operation.
 
 use crate::obstacles::LONGEST_SIDE_M;
-use crate::plane::{Plane, Point};
+use crate::plane::{self, Plane, Point};
+use charts::depth_index::Leg;
 use units::{LatLon, wrap_pi};
 
 /// Farthest that ways can be asked to keep from borders (m).
@@ -105,6 +106,16 @@ impl Zone {
             (from_north > 0.0) != (to_north > 0.0) && at_rad > here_rad
         };
         self.sides().filter(|(from, to)| crosses(from, to)).count() % 2 == 1
+    }
+
+    /// Whether a leg enters it or touches its border.
+    pub(crate) fn meets(&self, leg: Leg) -> bool {
+        let around = Plane::new(leg.from);
+        let ends = [leg.from, leg.to].map(|place| around.point(place));
+        let border = self.border(&around);
+        self.holds(leg.from)
+            || self.holds(leg.to)
+            || plane::sides(&border).any(|side| meeting(ends, side).is_some())
     }
 
     fn sides(&self) -> impl Iterator<Item = (LatLon, LatLon)> {

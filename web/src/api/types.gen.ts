@@ -3782,12 +3782,25 @@ legs: Array<SeaRouteLeg>,
  */
 length_m: number, 
 /**
- * How long it takes at the speed through the water (s); null where the current is too strong.
+ * The speed through the water that time and energy are reckoned with (m/s).
+ */
+speed_mps: number, 
+/**
+ * Length on which the current is not known (m): beyond the grid or its times, and after such water where the current
+ * changes with time. Time and energy are null then. A route by time or energy has no more of it than the shortest one.
+ */
+current_unknown_m: number, 
+/**
+ * Whether the current is too strong somewhere. Time and energy are null then.
+ */
+current_too_strong: boolean, 
+/**
+ * How long it takes at the speed through the water (s); null where the current is too strong or not known.
  */
 duration_s: number | null, 
 /**
- * Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong, and at speeds that
- * the model does not know.
+ * Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong or not known, and at
+ * speeds that the model does not know.
  */
 energy_wh: number | null, 
 /**
@@ -3825,6 +3838,10 @@ asked_clearance_m: number,
  */
 route: SeaRoute | null, 
 /**
+ * The shortest route, to compare with; null where the route is the shortest one itself.
+ */
+shortest: SeaRoute | null, 
+/**
  * Other routes, as far as they were asked for and differ from this one and each other: the shortest first.
  */
 alternatives: Array<SeaRoute>, 
@@ -3860,18 +3877,45 @@ clearance_m: number | null,
  */
 turn_radius_m: number | null, 
 /**
- * Speed through the water that time and energy are reckoned with (m/s); null for 1.5.
+ * What the route is good for.
+ */
+objective: SeaRouteObjective, 
+/**
+ * Water shallower than this (m) costs more, so that a route keeps to deeper water where that is worth the way;
+ * null for no such preference.
+ */
+prefer_depth_m: number | null, 
+/**
+ * Water nearer than this (m), 0 to 500, to land, dangers and water that is not deep enough costs more; null for no such
+ * preference.
+ */
+prefer_off_m: number | null, 
+/**
+ * How many times as much such water costs, 1 to 100; null for 3. In water that is both, the two surcharges add.
+ */
+prefer_factor: number | null, 
+/**
+ * Speed through the water that time and energy are reckoned with (m/s); null for 1.5. For the least energy the greatest
+ * one.
  */
 speed_mps: number | null, 
 /**
- * Areas to avoid, or to stay within; up to 50, of which one may be to stay within, with 1000 corners and 2000 km of
- * borders in all.
+ * Areas to avoid, to stay within, or with a speed limit; up to 50, of which one may be to stay within, with 1000 corners
+ * and 2000 km of borders in all.
  */
 zones: Array<SeaRouteZone>, 
 /**
  * The current that time and energy are reckoned in; null for none.
  */
 current: SeaRouteCurrent | null, 
+/**
+ * A current that changes from place to place, in place of a steady one; null for none.
+ */
+current_grid: SeaRouteCurrentGrid | null, 
+/**
+ * When the route begins, µs since 1970 UTC: which of the grid's times count. Null for now.
+ */
+depart_us: number | null, 
 /**
  * How many other routes to look for, 0 to 3, that pass islands and shoals on the other side; they are not looked for
  * where there are places to pass.
@@ -3891,9 +3935,13 @@ kind: SeaRouteZoneKind,
 /**
  * Latitude and longitude (°) of its corners, 3 to 200; the last joins the first, and its sides do not cross.
  */
-corners: Array<[number, number]>, };
+corners: Array<[number, number]>, 
+/**
+ * Greatest speed through the water (m/s) in an area of the kind `limit`; null in others.
+ */
+most_mps: number | null, };
 
-export type SeaRouteZoneKind = "avoid" | "within";
+export type SeaRouteZoneKind = "avoid" | "within" | "limit";
 
 export type SeaRouteCurrent = { 
 /**
@@ -3905,6 +3953,30 @@ set_deg: number,
  */
 drift_mps: number, };
 
+export type SeaRouteCurrentGrid = { 
+/**
+ * Times, rising, µs since 1970 UTC.
+ */
+times_us: Array<number>, 
+/**
+ * Latitudes (°), rising, two or more.
+ */
+lats_deg: Array<number>, 
+/**
+ * Longitudes (°), rising, two or more; also beyond 180.
+ */
+lons_deg: Array<number>, 
+/**
+ * Current to the true east (m/s) by time, then latitude, then longitude, 100000 values at most; null where not known.
+ */
+east_mps: Array<number | null>, 
+/**
+ * Current to the true north (m/s), as to the east.
+ */
+north_mps: Array<number | null>, };
+
+export type SeaRouteObjective = "shortest" | "fastest" | "least_energy";
+
 export type SeaRouteLeg = { 
 /**
  * Length (m).
@@ -3915,11 +3987,16 @@ length_m: number,
  */
 course_deg: number, 
 /**
- * How long it takes (s); null where the current is too strong.
+ * How long it takes (s); null where the current is too strong or not known.
  */
 duration_s: number | null, 
 /**
- * Energy from the battery (Wh); null where the current is too strong.
+ * The slowest speed limit (m/s) of the areas that the leg enters or touches, where it is slower than the route's speed;
+ * null where no limit is. A plan with one speed for the route does not keep it.
+ */
+limit_mps: number | null, 
+/**
+ * Energy from the battery (Wh); null where the current is too strong or not known.
  */
 energy_wh: number | null, 
 /**

@@ -1,5 +1,6 @@
 //! `plan route`: one route, or one for each line of a file.
 
+use super::objective::ObjectiveArguments;
 use super::zones;
 use crate::cli::Common;
 use crate::cli::chart::{index, place};
@@ -9,8 +10,7 @@ use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
-use mission::{Cost, Current};
-use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router};
+use planner::{Cancel, LegCost, Needs, Objective, Passable, Refusal, Request, Route, RouteLeg, Router};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use shore::plans::{self, Format};
@@ -30,10 +30,15 @@ const LONGEST_LINE: usize = 64 * 1024;
   lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --avoid farms.geojson --current 250,0.4
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --alternatives 2
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --objective fastest --current-field tide.csv
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --prefer-depth 20 --prefer-off 100
   lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
 
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
   {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5, \"clearance\": 25}
+
+A current field is CSV with the columns time,lat,lon,east_mps,north_mps (ISO 8601, degrees, m/s), or NetCDF of the
+classic format by the CF conventions. Beyond its edges and times the current is not known: then there is no time.
 
 It exits with a failure if no route exists; with --pairs, if a line is malformed.")]
 pub(super) struct RouteArguments {
@@ -76,16 +81,15 @@ pub(super) struct RouteArguments {
     /// GeoJSON file with one polygon to stay within.
     #[arg(long, value_name = "FILE")]
     within: Option<PathBuf>,
-    /// A steady current that time and energy are reckoned in: where it flows to (degrees), and how fast (m/s).
-    #[arg(long, value_name = "DEG,MPS", value_parser = current)]
-    current: Option<Current>,
+    #[command(flatten)]
+    objective: ObjectiveArguments,
     /// Height of the water above chart datum (m).
     #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
     water_level: f64,
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
     errors: bool,
-    /// Speed through the water for time and energy (m/s).
+    /// Speed through the water for time and energy (m/s); for the least energy the greatest one.
     #[arg(long, value_name = "MPS", default_value_t = 1.5)]
     speed: f64,
     /// Write the route as a plan to a file: .geojson, .gpx, or .json for an IMC PlanSpecification.
@@ -111,6 +115,7 @@ struct Pair {
 struct Terms<'a> {
     arguments: &'a RouteArguments,
     limits: GuardLimits,
+    objective: Objective,
     router: Router,
 }
 
@@ -128,23 +133,12 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let margin_m = arguments.clearance.unwrap_or(f64::INFINITY).min(limits.half_width_m()).max(0.0);
     let zones = zones::read(&arguments.avoid, arguments.within.as_deref(), margin_m)?;
     let router = Router::new(Arc::new(index(&db)?));
-    let router = router.in_zones(zones.unwrap_or_default());
-    let terms = Terms { arguments, limits, router };
+    let objective = arguments.objective.read(arguments.speed)?;
+    let router = router.in_zones(zones.unwrap_or_default()).by_objective(objective.clone())?;
+    let terms = Terms { arguments, limits, objective, router };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),
         None => terms.one(format),
-    }
-}
-
-fn current(text: &str) -> Result<Current, String> {
-    let numbers = text.split_once(',').map(|(set, drift)| (set.trim().parse(), drift.trim().parse()));
-    match numbers {
-        Some((Ok(set_deg), Ok(drift_mps)))
-            if f64::is_finite(set_deg) && (0.0..=10.0).contains(&drift_mps) =>
-        {
-            Ok(Current { set_rad: set_deg.to_radians(), drift_mps })
-        }
-        _ => Err("give where it flows to in degrees and how fast, 0 to 10 m/s, such as 250,0.4".to_owned()),
     }
 }
 
@@ -202,7 +196,19 @@ impl Terms<'_> {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
-                    write(out, format, &route, arguments.speed)?;
+                    let speed_mps = route.speed_mps(&self.objective);
+                    let slow = write(out, format, &route, (speed_mps, &route.reckon(&self.objective)))?;
+                    if slow && format == Format::Gpx {
+                        complain!(
+                            "{}: GPX has no speeds, so it does not keep the speed limits; write .json or .geojson",
+                            out.display()
+                        );
+                    } else if slow {
+                        complain!(
+                            "{}: legs that enter an area with a speed limit keep it from end to end, so the plan takes longer than is said here",
+                            out.display()
+                        );
+                    }
                 }
                 if arguments.json {
                     let mut answer = self.described(&Value::Null, &route, time_us);
@@ -212,6 +218,7 @@ impl Terms<'_> {
                     say!("{answer}");
                 } else {
                     self.print(&route, &needs);
+                    self.print_shortest(&route, &needs);
                     self.print_alternatives(&route, &needs);
                 }
                 Ok(())
@@ -309,36 +316,41 @@ impl Terms<'_> {
     }
 
     fn described(&self, id: &Value, route: &Route, time_us: u128) -> Value {
+        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
         let points: Vec<[f64; 2]> = route.places().map(|place| [place.lat_deg(), place.lon_deg()]).collect();
         let legs: Vec<Value> = route
             .legs
             .iter()
-            .map(|leg| {
-                let cost = self.cost(leg);
+            .zip(&costs)
+            .map(|(leg, cost)| {
                 json!({"length_m": leg.length_m, "duration_s": cost.duration_s,
                        "energy_wh": cost.energy_j.map(|energy_j| energy_j / 3_600.0), "min_depth_m": leg.worst.water.least_m(),
-                       "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
+                       "limit_mps": cost.limit_mps, "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
                        "turn_deg": leg.turn.map(|turn| turn.change_rad.to_degrees()),
                        "turn_warning": turn_warning(leg)})
             })
             .collect();
         let moved = |moved: Option<planner::Moved>| moved.map(|moved| moved.distance_m);
-        let (duration_s, energy_wh) = self.costs(route);
+        let (duration_s, energy_wh) = sum(&costs);
+        let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
+        let shortest = route.shortest.as_ref().map(|shortest| self.described(id, shortest, time_us));
         json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
-               "duration_s": duration_s, "energy_wh": energy_wh,
+               "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
+               "current_unknown_m": unknown_m, "current_too_strong": costs.iter().any(|cost| cost.too_strong), "shortest": shortest,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
-    fn cost(&self, leg: &RouteLeg) -> Cost {
-        shore::routing::cost(leg, self.arguments.speed, self.arguments.current.unwrap_or_default())
-    }
-
-    /// Time (s) and energy (Wh) of a whole route; nothing where the current is too strong.
-    fn costs(&self, route: &Route) -> (Option<f64>, Option<f64>) {
-        let legs = || route.legs.iter().map(|leg| self.cost(leg));
-        let energy_j: Option<f64> = legs().map(|cost| cost.energy_j).sum();
-        (legs().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
+    fn print_shortest(&self, route: &Route, needs: &Needs) {
+        if let Some(shortest) = &route.shortest {
+            let shorter_m = route.length_m - shortest.length_m;
+            // Joining corners can make the shortest one a little longer.
+            let than = if shorter_m < 0.0 { "longer" } else { "shorter" };
+            say!("\nthe shortest route, {:.0} m {than}:", shorter_m.abs());
+            self.print(shortest, needs);
+        } else if !self.objective.is_shortest() {
+            say!("this is the shortest route too");
+        }
     }
 
     fn print_alternatives(&self, route: &Route, needs: &Needs) {
@@ -346,7 +358,9 @@ impl Terms<'_> {
             say!("\nno other route differs from this one and is less than twice as long");
         }
         for (number, other) in (1..).zip(&route.alternatives) {
-            say!("\nalternative {number}, {:.0} m longer:", other.length_m - route.length_m);
+            let longer_m = other.length_m - route.length_m;
+            let than = if longer_m < 0.0 { "shorter" } else { "longer" };
+            say!("\nalternative {number}, {:.0} m {than}:", longer_m.abs());
             self.print(other, needs);
         }
     }
@@ -376,21 +390,35 @@ impl Terms<'_> {
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
         let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
-        let takes = match self.costs(route) {
+        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
+        let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
+        let takes = match sum(&costs) {
             (Some(duration_s), Some(energy_wh)) => {
                 format!("{:.0} min and {energy_wh:.0} Wh (estimate)", duration_s / 60.0)
             }
-            _ => "the current is too strong".to_owned(),
+            (Some(duration_s), None) => format!("{:.0} min", duration_s / 60.0),
+            _ => {
+                let strong =
+                    costs.iter().any(|cost| cost.too_strong).then(|| "the current is too strong".to_owned());
+                let unknown =
+                    (unknown_m > 0.0).then(|| format!("the current is not known on {unknown_m:.0} m"));
+                strong.into_iter().chain(unknown).collect::<Vec<_>>().join(", ")
+            }
         };
         say!(
-            "{:.1} m in {} legs, {takes} at {} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
+            "{:.1} m in {} legs, {takes} at {speed_mps:.2} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
             route.length_m,
             route.legs.len(),
-            self.arguments.speed,
             needs.demand.needed_m(),
             needs.clearance_m,
         );
     }
+}
+
+/// Time (s) and energy (Wh) of a whole route; nothing where those of a leg are not known.
+fn sum(costs: &[LegCost]) -> (Option<f64>, Option<f64>) {
+    let energy_j: Option<f64> = costs.iter().map(|cost| cost.energy_j).sum();
+    (costs.iter().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
 }
 
 /// Why the turn at the end of a leg cannot be sailed as asked.
@@ -452,15 +480,28 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
     value
 }
 
-fn write(out: &Path, format: Format, route: &Route, speed: f64) -> anyhow::Result<()> {
+/// Writes a route as a plan, at a speed (m/s); legs that enter areas with slower speed limits are maneuvers of their own.
+/// Whether there are any.
+fn write(
+    out: &Path,
+    format: Format,
+    route: &Route,
+    (speed_mps, costs): (f64, &[LegCost]),
+) -> anyhow::Result<bool> {
     let place = |place: LatLon| PlanPlace { lat_deg: place.lat_deg(), lon_deg: place.lon_deg() };
-    let task = PlanTask::FollowPath { points: route.places().map(place).collect() };
-    let speed = PlanSpeed { value: speed, unit: SpeedUnit::Mps };
-    let plan = PlanDocument {
-        name: "Route".to_owned(),
-        maneuvers: vec![PlanStep { id: "Route".to_owned(), speed, task }],
-        ..PlanDocument::default()
-    };
+    let places: Vec<PlanPlace> = route.places().map(place).collect();
+    let of_leg = |cost: &LegCost| cost.limit_mps.unwrap_or(speed_mps);
+    let mut maneuvers = Vec::new();
+    let mut from = 0;
+    for same in costs.chunk_by(|one, other| of_leg(one) == of_leg(other)) {
+        let id = if from == 0 { "Route".to_owned() } else { format!("Route {}", maneuvers.len() + 1) };
+        let points = places[from..=from + same.len()].to_vec();
+        let speed = PlanSpeed { value: of_leg(&same[0]), unit: SpeedUnit::Mps };
+        maneuvers.push(PlanStep { id, speed, task: PlanTask::FollowPath { points } });
+        from += same.len();
+    }
+    let plan = PlanDocument { name: "Route".to_owned(), maneuvers, ..PlanDocument::default() };
     let text = plans::write(&plan, format).map_err(|text| anyhow!("{}: {text}", out.display()))?;
-    fs::write(out, text).with_context(|| out.display().to_string())
+    fs::write(out, text).with_context(|| out.display().to_string())?;
+    Ok(costs.iter().any(|cost| cost.limit_mps.is_some()))
 }

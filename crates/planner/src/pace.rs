@@ -1,0 +1,57 @@
+//! Time and energy along legs that were found already, for choosing one speed and for knowing when the next stretch begins.
+//!
+//! Unlike what is answered, these are estimates: where the current is not known, time goes on as in still water, and the
+//! cost is that of weighing.
+
+use crate::objective::{Objective, Spot, Toll};
+use crate::plane::{Plane, Point};
+use charts::depth_index::Leg;
+
+/// Legs are sampled in pieces so long (m), but all of them together in about so many.
+const PIECE_M: f64 = 25.0;
+const MOST_PIECES: f64 = 20_000.0;
+
+impl Objective {
+    /// The speed through the water, of those that are tried, at which all legs together cost least; the asked speed where no
+    /// speed is enough against the current (m/s).
+    pub(crate) fn best_pace_mps(&self, legs: &[(Leg, f64)]) -> f64 {
+        let mut best = (self.through_water_mps, f64::INFINITY);
+        for pace_mps in self.paces_mps() {
+            let cost = self.sailed(legs, pace_mps).map_or(f64::INFINITY, |toll| toll.cost);
+            if cost <= best.1 {
+                best = (pace_mps, cost);
+            }
+        }
+        best.0
+    }
+
+    /// About how long legs take (s); as in still water where the current is too strong somewhere.
+    pub(crate) fn estimate_s(&self, legs: &[(Leg, f64)], pace_mps: f64) -> f64 {
+        let still_s = || length_m(legs) / pace_mps;
+        self.sailed(legs, pace_mps).map_or_else(still_s, |toll| toll.duration_s)
+    }
+
+    /// What legs cost, one after the other from the time of departure, without preferences; `None` where the current is too
+    /// strong, or the power is not known and counts.
+    fn sailed(&self, legs: &[(Leg, f64)], pace_mps: f64) -> Option<Toll> {
+        let piece_m = PIECE_M.max(length_m(legs) / MOST_PIECES);
+        let mut toll = Toll::default();
+        for (leg, leg_m) in legs {
+            let plane = Plane::new(leg.from);
+            let (from, to) = (Point::default(), plane.point(leg.to));
+            let pieces = (leg_m / piece_m).ceil().max(1.0);
+            let mut begin = from;
+            for piece in 1..=pieces as u32 {
+                let end = from.towards(to, f64::from(piece) / pieces);
+                let spot = Spot::of(self, &plane, begin.towards(end, 0.5));
+                toll = toll.and(self.piece(&spot, (begin, end), toll.duration_s, pace_mps)?);
+                begin = end;
+            }
+        }
+        Some(toll)
+    }
+}
+
+fn length_m(legs: &[(Leg, f64)]) -> f64 {
+    legs.iter().map(|(_, leg_m)| leg_m).sum()
+}
