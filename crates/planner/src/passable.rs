@@ -6,8 +6,9 @@
 
 use crate::Cancel;
 use crate::needs::Needs;
-use crate::obstacles::{Region, cut_out_m, least_cut_out_m};
+use crate::obstacles::{cut_out_m, least_cut_out_m};
 use crate::plane::Point;
+use crate::region::Region;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
 use crate::side::{Gap, Kind, Reach, Trouble};
