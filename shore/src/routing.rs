@@ -1,7 +1,8 @@
 //! Routes on the sea chart for people and programs.
 //!
 //! Planning takes a processor for some milliseconds, and for up to a second where water must be prepared first. So few
-//! plan at once, a bounded number waits, and planning ends when the client goes away.
+//! plan at once, a bounded number waits, and planning ends when the client goes away. A long way over detailed charts can take tens
+//! of seconds the first time: one of these is planned at a time, so that the others' turn always comes.
 
 use crate::charts::Set;
 use crate::charts::verdict::reason;
@@ -23,6 +24,8 @@ use units::{LatLon, LocalFrame, LocalPoint, wrap_two_pi};
 
 /// So many are planned at once.
 const AT_ONCE: usize = 2;
+/// So many of these may be long ways.
+const LONG_AT_ONCE: usize = 1;
 /// So many more requests may wait; further ones are refused and may be sent again.
 const MOST_WAITING: usize = 64;
 /// Start, places to pass and goal.
@@ -43,13 +46,19 @@ const SPEED_MPS: f64 = 1.5;
 #[derive(Clone)]
 pub struct Routing {
     working: Arc<Semaphore>,
+    /// Held by the one long way that is planned.
+    long: Arc<Semaphore>,
     places: Arc<Semaphore>,
 }
 
 impl Default for Routing {
     fn default() -> Self {
         let places = Arc::new(Semaphore::new(AT_ONCE + MOST_WAITING));
-        Self { working: Arc::new(Semaphore::new(AT_ONCE)), places }
+        Self {
+            working: Arc::new(Semaphore::new(AT_ONCE)),
+            long: Arc::new(Semaphore::new(LONG_AT_ONCE)),
+            places,
+        }
     }
 }
 
@@ -77,13 +86,17 @@ impl Routing {
         let busy =
             || Error::new(ErrorKind::Busy, "Too many routes are being planned; try again in a moment.");
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| busy())?;
-        let working =
-            Arc::clone(&self.working).acquire_owned().await.map_err(|error| Error::internal(&error))?;
+        let turn = async |of: &Arc<Semaphore>| {
+            Arc::clone(of).acquire_owned().await.map_err(|error| Error::internal(&error))
+        };
+        // Before its turn among all: a long way that waits for another long one takes nobody's.
+        let long = if question.is_long(&set) { Some(turn(&self.long).await?) } else { None };
+        let working = turn(&self.working).await?;
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
         // After its client has gone, a planner runs for another moment: until then its turn is taken.
         slow(move || {
-            let _taken = (place, working);
+            let _taken = (place, long, working);
             question.answer(&set, &|| wanted.load(Ordering::Relaxed))
         })
         .await
@@ -145,6 +158,11 @@ impl Question {
         request.validate().map_err(|error| malformed(error.to_string()))?;
         let explain = ask.explain;
         Ok(Self { places, needs, request, limits, zones, speed_mps, current, explain })
+    }
+
+    /// Whether planning can take tens of seconds.
+    fn is_long(&self, set: &Set) -> bool {
+        set.router.is_long(&self.places, &self.needs)
     }
 
     /// Plans; `wanted` says whether the client still waits.
@@ -218,6 +236,7 @@ impl Question {
             moved: moved.into_iter().filter_map(|(moved, end)| Some(described_move(moved?, end))).collect(),
             guarded: guard.is_none(),
             guard,
+            part_only: route.of_part,
         }
     }
 
@@ -326,6 +345,7 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::Closed { end: End::Goal, .. } => "closed_goal",
         Refusal::NoWay { .. } => "no_way",
         Refusal::TooFar { .. } | Refusal::TooLong { .. } => "too_far",
+        Refusal::Unknown { .. } => "not_found",
         Refusal::NotConfirmed { .. } => "not_confirmed",
         Refusal::Needs(_) | Refusal::Plan(_) => "failed",
     };
@@ -337,6 +357,8 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         gap_m: None,
         closed: None,
         apart_m: None,
+        looked_m: None,
+        by: Vec::new(),
         passable: None,
     };
     match refusal {
@@ -348,8 +370,13 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::NoWay { nearest, gap_m } => {
             (told.nearest, told.gap_m) = (Some(degrees(*nearest)), Some(*gap_m));
         }
-        Refusal::TooFar { straight_km, most_km } => {
+        Refusal::Unknown { looked_km, nearest, gap_m } => {
+            (told.nearest, told.gap_m) = (Some(degrees(*nearest)), Some(*gap_m));
+            told.looked_m = Some(looked_km * 1e3);
+        }
+        Refusal::TooFar { straight_km, most_km, by } => {
             told.apart_m = Some([straight_km * 1e3, most_km * 1e3]);
+            told.by = by.iter().copied().map(degrees).collect();
         }
         Refusal::TooLong { .. } | Refusal::NotConfirmed { .. } | Refusal::Needs(_) | Refusal::Plan(_) => {}
     }

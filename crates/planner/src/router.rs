@@ -102,7 +102,8 @@ impl Router {
         Self { most_barriers, ..self }
     }
 
-    /// With so many tiles looked at for a long way at most; where they do not hold it, the answer is that it is not known.
+    /// With so many tiles looked at for a long way at most; where they do not hold it, the answer is that it is not known. With 0
+    /// long ways are refused at once.
     #[must_use]
     pub fn looking_at(self, most_tiles: usize) -> Self {
         Self { most_tiles, ..self }
@@ -125,6 +126,7 @@ impl Router {
         places.windows(2).any(|ends| {
             let straight_m = Leg { from: ends[0], to: ends[1] }.length_m();
             self.division == Division::Regions
+                && self.most_tiles > 0
                 && straight_m <= FARTHEST_M
                 && squares([ends[0], ends[1]], straight_m)
                     .next()
@@ -155,15 +157,18 @@ impl Router {
             Division::Tiles => return self.long(request, needs, TILES_APART * self.tile_m, cancel),
             Division::Regions => {}
         }
+        let too_far = |most_m: f64| {
+            Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: most_m / 1e3, by: Vec::new() })
+        };
         if straight_m > FARTHEST_M {
-            let (straight_km, most_km) = (straight_m / 1e3, FARTHEST_M / 1e3);
-            return Err(Refusal::TooFar { straight_km, most_km, by: Vec::new() });
+            return too_far(FARTHEST_M);
         }
         let mut answer = Err(PlanError::Geometry("no region holds both ends".to_owned()).into());
         let mut looked_m = 0.0;
         for (turn, square) in squares([request.from, request.to], straight_m).enumerate() {
             if self.is_too_much(&square, needs) {
                 return match answer {
+                    _ if turn == 0 && self.most_tiles == 0 => too_far(self.apart_m(&square, needs)),
                     _ if turn == 0 => self.long(request, needs, self.apart_m(&square, needs), cancel),
                     Ok(route) => Ok(Route { of_part: true, ..route }),
                     Err(Refusal::NoWay { nearest, gap_m }) => {

@@ -3805,7 +3805,12 @@ guarded: boolean,
 /**
  * The first leg that it refuses, by its number, and why; null where it refuses none.
  */
-guard: GuardReason | null, };
+guard: GuardReason | null, 
+/**
+ * Whether only part of the water was looked at in full, as the charts hold too much of it: other water may hold a shorter
+ * route. Its legs are checked like those of any route.
+ */
+part_only: boolean, };
 
 export type SeaRouteAnswer = { 
 /**
@@ -3996,7 +4001,8 @@ by_zones_alone: boolean, };
 
 export type SeaRouteRefusal = { 
 /**
- * For programs: `closed_start`, `closed_goal`, `no_way`, `too_far`, `not_confirmed` or `failed`.
+ * For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`, `not_confirmed` or
+ * `failed`.
  */
 code: string, 
 /**
@@ -4023,6 +4029,14 @@ closed: SeaRouteClosed | null,
  * How far start and goal are apart, and how far they may be (m); null for another reason.
  */
 apart_m: [number, number] | null, 
+/**
+ * How far from the start it was looked, where not all water was looked at (m); null for another reason.
+ */
+looked_m: number | null, 
+/**
+ * Where start and goal are too far apart: places on a way between them, if one is known. A route by way of them can be planned.
+ */
+by: Array<[number, number]>, 
 /**
  * Changes that would give a route; null where that was not asked for.
  */

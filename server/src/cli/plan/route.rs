@@ -326,7 +326,7 @@ impl Terms<'_> {
         let (duration_s, energy_wh) = self.costs(route);
         json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
-               "duration_s": duration_s, "energy_wh": energy_wh,
+               "duration_s": duration_s, "energy_wh": energy_wh, "part_only": route.of_part,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
@@ -360,6 +360,12 @@ impl Terms<'_> {
                     moved.distance_m
                 );
             }
+        }
+        if route.of_part {
+            complain!(
+                "only part of the water was looked at in full, as the charts hold too much; a shorter route may lead \
+                 elsewhere: --via leads it there"
+            );
         }
         for (number, leg) in (1..).zip(&route.legs) {
             let depth =
@@ -444,7 +450,18 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
             value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
             value["gap_m"] = json!(gap_m);
         }
-        Refusal::TooFar { .. } | Refusal::TooLong { .. } => value["code"] = json!("too_far"),
+        Refusal::Unknown { looked_km, nearest, gap_m } => {
+            value["code"] = json!("not_found");
+            value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
+            value["gap_m"] = json!(gap_m);
+            value["looked_m"] = json!(looked_km * 1e3);
+        }
+        Refusal::TooFar { by, .. } => {
+            value["code"] = json!("too_far");
+            let place = |place: &LatLon| json!([place.lat_deg(), place.lon_deg()]);
+            value["by"] = by.iter().map(place).collect();
+        }
+        Refusal::TooLong { .. } => value["code"] = json!("too_far"),
         Refusal::NotConfirmed { .. } => value["code"] = json!("not_confirmed"),
         Refusal::Needs(_) => value["code"] = json!("malformed"),
         Refusal::Plan(_) => value["code"] = json!("failed"),
