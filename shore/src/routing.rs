@@ -1,8 +1,9 @@
 //! Routes on the sea chart for people and programs.
 //!
-//! Planning takes a processor for some milliseconds, and for up to a second where water must be prepared first. So few
-//! plan at once, a bounded number waits, and planning ends when the client goes away. A long way over detailed charts can take tens
-//! of seconds the first time: one of these is planned at a time, so that the others' turn always comes.
+//! Planning takes a processor for some milliseconds, for up to a second where water must be prepared first, and for some tens where
+//! a way is long. So requests have [`turns`], and planning ends when the client goes away.
+
+mod turns;
 
 use crate::charts::Set;
 use crate::charts::verdict::reason;
@@ -19,15 +20,9 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use tokio::sync::Semaphore;
+use turns::Turns;
 use units::{LatLon, LocalFrame, LocalPoint, wrap_two_pi};
 
-/// So many are planned at once.
-const AT_ONCE: usize = 2;
-/// So many of these may be long ways.
-const LONG_AT_ONCE: usize = 1;
-/// So many more requests may wait; further ones are refused and may be sent again.
-const MOST_WAITING: usize = 64;
 /// Start, places to pass and goal.
 const POINTS: RangeInclusive<usize> = 2..=50;
 /// Areas of a request, corners of one and of all, and how long all their borders are (km).
@@ -43,23 +38,9 @@ const MOST_CLEARANCE_M: f64 = 500.0;
 const SPEED_MPS: f64 = 1.5;
 
 /// Plans routes; cheap to clone.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Routing {
-    working: Arc<Semaphore>,
-    /// Held by the one long way that is planned.
-    long: Arc<Semaphore>,
-    places: Arc<Semaphore>,
-}
-
-impl Default for Routing {
-    fn default() -> Self {
-        let places = Arc::new(Semaphore::new(AT_ONCE + MOST_WAITING));
-        Self {
-            working: Arc::new(Semaphore::new(AT_ONCE)),
-            long: Arc::new(Semaphore::new(LONG_AT_ONCE)),
-            places,
-        }
-    }
+    turns: Turns,
 }
 
 /// Says, when it is dropped, that the client has gone.
@@ -83,20 +64,12 @@ impl Routing {
         limits: GuardLimits,
     ) -> Result<SeaRouteAnswer> {
         let question = Question::new(&ask, limits)?;
-        let busy =
-            || Error::new(ErrorKind::Busy, "Too many routes are being planned; try again in a moment.");
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| busy())?;
-        let turn = async |of: &Arc<Semaphore>| {
-            Arc::clone(of).acquire_owned().await.map_err(|error| Error::internal(&error))
-        };
-        // Before its turn among all: a long way that waits for another long one takes nobody's.
-        let long = if question.is_long(&set) { Some(turn(&self.long).await?) } else { None };
-        let working = turn(&self.working).await?;
+        let taken = self.turns.take(question.is_long(&set)).await?;
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
         // After its client has gone, a planner runs for another moment: until then its turn is taken.
         slow(move || {
-            let _taken = (place, long, working);
+            let _taken = taken;
             question.answer(&set, &|| wanted.load(Ordering::Relaxed))
         })
         .await

@@ -57,7 +57,7 @@ test("what is moved, refused or against the guard is told", () => {
   assert.deepEqual(told({ code: "closed_goal", closed: { code: "too-shallow", depth_m: -1, may_move_m: 200 } }), ["No route can end there (charted depth dries 1.0 m, or too near a danger), and there is no open water within 50 km."]);
   assert.deepEqual(told({ code: "too_far", apart_m: [812_000, 500_000] }), ["Start and goal are 812 km apart; routes are planned up to 500 km: add places on the way."]);
   assert.deepEqual(told({ code: "too_far", apart_m: [512_000, 180_000], by: [[63.12346, 8.5], [64, 9.25]] }), ["Start and goal are 512 km apart; routes are planned up to 180 km here. Add places on the way, such as 63.1235, 8.5000; 64.0000, 9.2500."]);
-  assert.match(told({ code: "not_found", looked_m: 74_600, gap_m: 812.4 })[0], /within 75 km of the start, and water farther off was not looked at\. .* is 812 m from the goal\./);
+  assert.match(told({ code: "not_found", looked_m: 74_600, gap_m: 812.4 })[0], /up to 75 km from the start\. .* is 812 m from the goal\./);
   assert.match(remarks({ route: route([], { part_only: true }), refusal: null })[0], /^The charts hold so much here/);
   const noWay = "No route is deep enough and keeps this clearance. The nearest place that can be reached is 812 m from the goal.";
   assert.deepEqual(told({ code: "no_way", gap_m: 812 }), [noWay]);

@@ -26,12 +26,12 @@ const DOORS_BETWEEN_LOOKS: usize = 256;
 /// A piece of a tile's water.
 pub(crate) type Part = (Tile, u32);
 
-/// An end of a way: the parts of tiles that it may stand in, and how long the ways from it to their doors are (m).
+/// An end of a way: the part of a tile that it stands in, and how long the ways from it to its doors are (m).
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Foot {
     pub(crate) at: Point,
     pub(crate) doors: Vec<((Tile, usize), f64)>,
-    pub(crate) parts: BTreeSet<Part>,
+    pub(crate) part: Part,
 }
 
 /// What was found.
@@ -83,12 +83,12 @@ pub(crate) fn find(
     let most = if is_enclosed { Most { tiles: search.tiles.len() + NEAREST_TILES, ..most } } else { most };
     let (there, shortest_m) = search.forward((&start, &goal), direct_m, most)?;
     if shortest_m.is_finite() {
-        let ends = from.parts.union(&to.parts).map(|(tile, _)| *tile).collect();
+        let ends = BTreeSet::from([from.part.0, to.part.0]);
         let doors = search.way(&goal, &there);
         return Ok(Found::Corridor { tiles: search.back(&goal, &there, shortest_m, &ends)?, doors });
     }
-    let mut reached = from.parts.clone();
-    reached.extend(search.reached(&there));
+    let mut reached = search.reached(&there);
+    reached.insert(from.part);
     let is_known = is_enclosed || !search.is_cut_short;
     Ok(if is_known { Found::NoWay { reached } } else { Found::Unknown { reached } })
 }

@@ -27,6 +27,8 @@ const MIDDLES_TILES: f64 = 8.0;
 const FARTHEST_M: f64 = 640_000.0;
 /// The doors of the tiles that are looked at for one way take no more memory (bytes).
 const MOST_BYTES: usize = 24 << 20;
+/// Where ends are moved, so many pairs of places are tried, the nearest first.
+const MOST_PAIRS: usize = 16;
 /// So many tiles near the goal are prepared to say how near a way leads.
 const NEAR_TILES: usize = 4;
 /// Half side of the region in which the nearest open water is looked for, around an end that has none (m).
@@ -45,15 +47,6 @@ pub(crate) struct Limits {
     pub(crate) most_tiles: usize,
     /// How far apart ends may lie where a corridor has too many (m).
     pub(crate) apart_m: f64,
-}
-
-/// Where ends may stand that are to be moved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stands {
-    /// In the nearest open water.
-    Nearest,
-    /// In all that is near enough.
-    All,
 }
 
 /// A place for an end in open water.
@@ -94,28 +87,40 @@ impl<'a> Long<'a> {
 
     /// The shortest way of the corridor.
     pub(crate) fn route(&self) -> Result<Route, Refusal> {
-        // An end is moved no farther than it must be: elsewhere only where no way leads on from the nearest water.
-        match self.route_from(Stands::Nearest) {
-            Err(Refusal::NoWay { .. }) => self.route_from(Stands::All),
-            answer => answer,
+        let (starts, goals) = (self.stands(End::Start)?, self.stands(End::Goal)?);
+        let all = starts.iter().flat_map(|start| goals.iter().map(move |goal| [*start, *goal]));
+        let mut pairs: Vec<[Stand; 2]> = all.collect();
+        pairs.sort_by(|[a, b], [c, d]| (a.moved_m + b.moved_m).total_cmp(&(c.moved_m + d.moved_m)));
+        // Ends are moved no farther than they must be: elsewhere only where no way leads on from the nearest water.
+        let mut refused = None;
+        for [start, goal] in pairs.into_iter().take(MOST_PAIRS) {
+            match self.between(start, goal) {
+                Err(refusal @ Refusal::NoWay { .. }) => refused = refused.or(Some(refusal)),
+                answer => return answer,
+            }
         }
+        Err(refused.unwrap_or_else(|| PlanError::Geometry("an end stands nowhere".to_owned()).into()))
     }
 
-    fn route_from(&self, which: Stands) -> Result<Route, Refusal> {
-        let starts = self.stands(End::Start, which)?;
-        let goals = self.stands(End::Goal, which)?;
-        let direct_m = self.direct_m(&starts, &goals)?;
-        let (start, goal) = (self.foot(End::Start, &starts)?, self.foot(End::Goal, &goals)?);
+    fn between(&self, start: Stand, goal: Stand) -> Result<Route, Refusal> {
+        let direct_m = self.direct_m(&start, &goal)?;
+        let feet = [self.foot(&start)?, self.foot(&goal)?];
         let mut ask = |tile: Tile| self.doors(tile);
         let sizes = (direct_m, self.limits.tile_m);
         let most = Most { tiles: self.limits.most_tiles, bytes: MOST_BYTES };
-        match corridor::find([&start, &goal], sizes, &mut ask, most, self.cancel)? {
+        match corridor::find([&feet[0], &feet[1]], sizes, &mut ask, most, self.cancel)? {
             Found::Corridor { tiles, doors } => self.within(tiles, &doors),
             Found::NoWay { reached } => {
-                let (nearest, gap_m) = self.nearest(&reached, &start, &goal)?;
+                let (nearest, gap_m) = self.nearest(&reached, start.at)?;
                 Err(Refusal::NoWay { nearest: self.plane.place(nearest), gap_m })
             }
-            Found::Unknown { reached } => Err(self.unknown(&reached, &start, &goal)?),
+            Found::Unknown { reached } => {
+                let (nearest, gap_m) = self.nearest(&reached, start.at)?;
+                let off_m = |(tile, _): &Part| self.of.grid.region(*tile).distance_m(start.at);
+                let looked_m = reached.iter().map(off_m).fold(0.0, f64::max);
+                let nearest = self.plane.place(nearest);
+                Err(Refusal::Unknown { looked_km: looked_m / 1e3, nearest, gap_m })
+            }
         }
     }
 
@@ -188,33 +193,22 @@ impl<'a> Long<'a> {
         Refusal::TooFar { straight_km: self.straight_m() / 1e3, most_km: self.limits.apart_m / 1e3, by }
     }
 
-    fn unknown(&self, reached: &BTreeSet<Part>, start: &Foot, goal: &Foot) -> Result<Refusal, PlanError> {
-        let (nearest, gap_m) = self.nearest(reached, start, goal)?;
-        let far_m = |(tile, _): &Part| self.of.grid.region(*tile).distance_m(start.at);
-        let looked_m = reached.iter().map(far_m).fold(0.0, f64::max);
-        Ok(Refusal::Unknown { looked_km: looked_m / 1e3, nearest: self.plane.place(nearest), gap_m })
-    }
-
     /// The place nearest to the goal in parts of tiles, and how far off it is (m).
-    fn nearest(
-        &self,
-        reached: &BTreeSet<Part>,
-        start: &Foot,
-        goal: &Foot,
-    ) -> Result<(Point, f64), PlanError> {
+    fn nearest(&self, reached: &BTreeSet<Part>, start: Point) -> Result<(Point, f64), PlanError> {
+        let goal = self.plane.point(self.request.to);
         let mut pieces: BTreeMap<Tile, Vec<u32>> = BTreeMap::new();
         reached.iter().for_each(|(tile, piece)| pieces.entry(*tile).or_default().push(*piece));
-        let off_m = |tile: &Tile| self.of.grid.region(*tile).distance_m(goal.at);
+        let off_m = |tile: &Tile| self.of.grid.region(*tile).distance_m(goal);
         let mut tiles: Vec<(f64, Tile)> = pieces.keys().map(|tile| (off_m(tile), *tile)).collect();
         tiles.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let mut best = (start.at, start.at.distance_m(goal.at));
+        let mut best = (start, start.distance_m(goal));
         for (off_m, tile) in tiles.into_iter().take(NEAR_TILES) {
             if off_m >= best.1 {
                 break;
             }
             let room = self.tile_room(tile)?;
             for piece in &pieces[&tile] {
-                let near = room.mesh.nearest_of(*piece, goal.at);
+                let near = room.mesh.nearest_of(*piece, goal);
                 best = near
                     .filter(|near| near.distance_m < best.1)
                     .map_or(best, |near| (near.at, near.distance_m));
@@ -232,12 +226,8 @@ impl<'a> Long<'a> {
     }
 
     /// Where an end may stand: at its very place, or else at the nearest points of open water in the tiles around.
-    fn stands(&self, end: End, which: Stands) -> Result<Vec<Stand>, Refusal> {
-        let place = match end {
-            End::Start => self.request.from,
-            End::Goal => self.request.to,
-        };
-        let at = self.plane.point(place);
+    fn stands(&self, end: End) -> Result<Vec<Stand>, Refusal> {
+        let at = self.plane.point(self.asked(end));
         let tile = self.of.grid.tile(at);
         let own = self.tile_room(tile)?;
         if let Some(triangle) = own.mesh.locate(at) {
@@ -261,59 +251,49 @@ impl<'a> Long<'a> {
         // As in a region that holds all of them.
         let most_m = others_within_m(*moved_m);
         stands.retain(|stand| stand.moved_m <= most_m);
-        if which == Stands::Nearest {
-            stands.truncate(1);
-        }
         Ok(stands)
+    }
+
+    fn asked(&self, end: End) -> LatLon {
+        match end {
+            End::Start => self.request.from,
+            End::Goal => self.request.to,
+        }
     }
 
     /// Why a way cannot begin or end there, by the water around.
     fn closed(&self, end: End) -> Result<Refusal, PlanError> {
-        let place = match end {
-            End::Start => self.request.from,
-            End::Goal => self.request.to,
-        };
-        let around = Water::Square(Square::between([place, place], LOOK_M));
+        let around = Water::Square(Square::between([self.asked(end); 2], LOOK_M));
         let room = self.rooms.room(self.needs, around, self.cancel)?;
-        let nowhere =
-            || PlanError::Geometry("an end stands at the edge of what may be moved".to_owned()).into();
-        Ok(self.question(&room).closed(end).unwrap_or_else(nowhere))
+        let at_edge = "the nearest open water is as far off as an end may be moved";
+        let unsure = || PlanError::Geometry(at_edge.to_owned()).into();
+        Ok(self.question(&room).closed(end).unwrap_or_else(unsure))
     }
 
-    /// The doors that an end leads to from its stands.
-    fn foot(&self, end: End, stands: &[Stand]) -> Result<Foot, PlanError> {
-        let at = self.plane.point(match end {
-            End::Start => self.request.from,
-            End::Goal => self.request.to,
-        });
-        let mut lengths_m: BTreeMap<(Tile, usize), f64> = BTreeMap::new();
-        let mut parts = BTreeSet::new();
-        for Stand { tile, at, triangle, piece, moved_m } in stands.iter().copied() {
-            parts.insert((tile, piece));
-            let Some(doors) = self.doors(tile)? else { continue };
+    /// The doors that an end leads to.
+    fn foot(&self, stand: &Stand) -> Result<Foot, PlanError> {
+        let Stand { tile, at, triangle, piece, .. } = *stand;
+        let mut leads = Vec::new();
+        if let Some(doors) = self.doors(tile)? {
             let room = self.tile_room(tile)?;
             let from = (room.mesh.within(triangle, at), triangle);
             for (number, door) in doors.list.iter().enumerate().filter(|(_, door)| door.piece == piece) {
-                let length_m = moved_m + doors::length_m(&room, from, (door.at, door.triangle), self.cancel)?;
-                let held_m = lengths_m.entry((tile, number)).or_insert(length_m);
-                *held_m = held_m.min(length_m);
+                let length_m = doors::length_m(&room, from, (door.at, door.triangle), self.cancel)?;
+                leads.push(((tile, number), length_m));
             }
         }
-        Ok(Foot { at, doors: lengths_m.into_iter().collect(), parts })
+        Ok(Foot { at, doors: leads, part: (tile, piece) })
     }
 
     /// How long the shortest way between both ends is that leaves no tile (m); `None` where there is no such way.
-    fn direct_m(&self, starts: &[Stand], goals: &[Stand]) -> Result<Option<f64>, PlanError> {
-        let mut shortest_m: Option<f64> = None;
-        let pairs = starts.iter().flat_map(|start| goals.iter().map(move |goal| (start, goal)));
-        for (start, goal) in pairs.filter(|(one, other)| (one.tile, one.piece) == (other.tile, other.piece)) {
-            let room = self.tile_room(start.tile)?;
-            let [from, to] =
-                [start, goal].map(|stand| (room.mesh.within(stand.triangle, stand.at), stand.triangle));
-            let length_m = start.moved_m + doors::length_m(&room, from, to, self.cancel)? + goal.moved_m;
-            shortest_m = Some(shortest_m.map_or(length_m, |held_m| held_m.min(length_m)));
+    fn direct_m(&self, start: &Stand, goal: &Stand) -> Result<Option<f64>, PlanError> {
+        if (start.tile, start.piece) != (goal.tile, goal.piece) {
+            return Ok(None);
         }
-        Ok(shortest_m)
+        let room = self.tile_room(start.tile)?;
+        let [from, to] =
+            [start, goal].map(|stand| (room.mesh.within(stand.triangle, stand.at), stand.triangle));
+        doors::length_m(&room, from, to, self.cancel).map(Some)
     }
 
     /// The doors of a tile, prepared now if they are not known; `None` if it is too far off.

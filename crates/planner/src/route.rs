@@ -254,8 +254,8 @@ pub enum Refusal {
     },
     /// Water that was looked at holds no way, and not all water was looked at.
     #[error(
-        "no route was found within {looked_km:.0} km of the start, and water farther off was not looked at; the nearest place \
-         that can be reached is {gap_m:.0} m from the goal: add places on the way"
+        "no route was found in the water that was looked at, up to {looked_km:.0} km from the start; the nearest place there that \
+         can be reached is {gap_m:.0} m from the goal: add places on the way"
     )]
     Unknown {
         /// How far from the start it was looked (km).
