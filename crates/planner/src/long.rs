@@ -20,6 +20,7 @@ use crate::{Cancel, PlanError};
 use charts::depth_index::Leg;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use units::LatLon;
 
 /// Middles of planes lie so far apart, in tiles: ways whose middles are near each other share tiles.
 const MIDDLES_TILES: f64 = 8.0;
