@@ -39,9 +39,9 @@ pub(crate) struct Foot {
 pub(crate) enum Found {
     /// Tiles for each of [`WIDTHS`], the widest first, and the doors of the shortest way.
     Corridor { tiles: [BTreeSet<Tile>; WIDTHS.len()], doors: Vec<Point> },
-    /// There is no way: the water around one of the ends was looked at wholly. The start leads to these parts, or to more
-    /// where the goal is enclosed.
-    NoWay { reached: BTreeSet<Part> },
+    /// There is no way: the water around one of the ends was looked at wholly, and these are its parts. The start leads to
+    /// these others, or to more where it is the goal's water that is enclosed.
+    NoWay { enclosed: BTreeSet<Part>, reached: BTreeSet<Part> },
     /// Not known: there is more water than may be looked at. The start leads to these parts.
     Unknown { reached: BTreeSet<Part> },
 }
@@ -77,10 +77,11 @@ pub(crate) fn find(
         cancel,
     };
     let [start, goal] = [search.end(from)?, search.end(to)?];
-    let is_enclosed = direct_m.is_none() && search.is_enclosed(&goal, &start)?;
+    let enclosed = if direct_m.is_none() { search.enclosed(&goal, &start)? } else { None };
     // The goal's water may lead on to where nothing is looked at; what counts from here on is the start's.
     search.is_cut_short = false;
-    let most = if is_enclosed { Most { tiles: search.tiles.len() + NEAREST_TILES, ..most } } else { most };
+    let most =
+        if enclosed.is_some() { Most { tiles: search.tiles.len() + NEAREST_TILES, ..most } } else { most };
     let (there, shortest_m) = search.forward((&start, &goal), direct_m, most)?;
     if shortest_m.is_finite() {
         let ends = BTreeSet::from([from.part.0, to.part.0]);
@@ -89,8 +90,14 @@ pub(crate) fn find(
     }
     let mut reached = search.reached(&there);
     reached.insert(from.part);
-    let is_known = is_enclosed || !search.is_cut_short;
-    Ok(if is_known { Found::NoWay { reached } } else { Found::Unknown { reached } })
+    Ok(match enclosed {
+        _ if !search.is_cut_short => Found::NoWay { enclosed: reached.clone(), reached },
+        Some(mut enclosed) => {
+            enclosed.insert(to.part);
+            Found::NoWay { enclosed, reached }
+        }
+        None => Found::Unknown { reached },
+    })
 }
 
 /// A door: the number of its tile in the search, and its own in the tile.
@@ -200,23 +207,28 @@ impl Search<'_, '_> {
         (1.0 + share) * shortest_m + of_tile * self.tile_m
     }
 
-    /// Whether the water around an end is enclosed: all of it was looked at, in few tiles, and the other end was not in it.
-    fn is_enclosed(&mut self, around: &End, other: &End) -> Result<bool, PlanError> {
+    /// The parts of the water around an end if it is enclosed: all of it was looked at, in few tiles, and the other end was not
+    /// in it.
+    fn enclosed(&mut self, around: &End, other: &End) -> Result<Option<BTreeSet<Part>>, PlanError> {
         let goals: BTreeSet<Node> = other.doors.iter().map(|(node, _)| *node).collect();
         let mut seen: BTreeSet<Node> = around.doors.iter().map(|(node, _)| *node).collect();
         let mut waiting: Vec<Node> = seen.iter().copied().collect();
         while let Some(node) = waiting.pop() {
             self.cancel.check()?;
             if goals.contains(&node) || self.tiles.len() > LOOK_TILES {
-                return Ok(false);
+                return Ok(None);
             }
             self.look_onward(node)?;
             if self.is_cut_short {
-                return Ok(false);
+                return Ok(None);
             }
             waiting.extend(self.onward.iter().map(|(next, _)| *next).filter(|next| seen.insert(*next)));
         }
-        Ok(true)
+        let part = |node: Node| {
+            let (tile, doors) = &self.tiles[node.0 as usize];
+            doors.as_ref().map(|doors| (*tile, doors.list[node.1 as usize].piece))
+        };
+        Ok(Some(seen.into_iter().filter_map(part).collect()))
     }
 
     /// The ways to all doors through which a way to the goal may lead that belongs to the corridor, and how long the

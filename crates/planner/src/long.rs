@@ -27,8 +27,8 @@ const MIDDLES_TILES: f64 = 8.0;
 /// Tiles whose middle is farther off from the plane's are not looked at (m): lengths there are up to 0.25 % too long.
 const FARTHEST_M: f64 = 640_000.0;
 /// The doors of the tiles that are looked at for one way take no more memory (bytes).
-const MOST_BYTES: usize = 24 << 20;
-/// Where ends are moved, so many pairs of places are tried, the nearest first.
+const MOST_BYTES: usize = 16 << 20;
+/// Where ends are moved, so many pairs of places in different waters are tried, the nearest first.
 const MOST_PAIRS: usize = 16;
 /// So many tiles near the goal are prepared to say how near a way leads.
 const NEAR_TILES: usize = 4;
@@ -94,8 +94,16 @@ impl<'a> Long<'a> {
         pairs.sort_by(|[a, b], [c, d]| (a.moved_m + b.moved_m).total_cmp(&(c.moved_m + d.moved_m)));
         // Ends are moved no farther than they must be: elsewhere only where no way leads on from the nearest water.
         let mut refused = None;
-        for [start, goal] in pairs.into_iter().take(MOST_PAIRS) {
-            match self.between(start, goal) {
+        let mut enclosed: Vec<BTreeSet<Part>> = Vec::new();
+        for [start, goal] in pairs {
+            let [from, to] = [start, goal].map(|stand| (stand.tile, stand.piece));
+            if enclosed.iter().any(|water| water.contains(&from) != water.contains(&to)) {
+                continue;
+            }
+            if enclosed.len() == MOST_PAIRS {
+                break;
+            }
+            match self.between(start, goal, &mut enclosed) {
                 Err(refusal @ Refusal::NoWay { .. }) => refused = refused.or(Some(refusal)),
                 answer => return answer,
             }
@@ -103,7 +111,8 @@ impl<'a> Long<'a> {
         Err(refused.unwrap_or_else(|| PlanError::Geometry("an end stands nowhere".to_owned()).into()))
     }
 
-    fn between(&self, start: Stand, goal: Stand) -> Result<Route, Refusal> {
+    /// The shortest way between two places. Where there is none, adds to the enclosed waters.
+    fn between(&self, start: Stand, goal: Stand, waters: &mut Vec<BTreeSet<Part>>) -> Result<Route, Refusal> {
         let direct_m = self.direct_m(&start, &goal)?;
         let feet = [self.foot(&start)?, self.foot(&goal)?];
         let mut ask = |tile: Tile| self.doors(tile);
@@ -111,7 +120,8 @@ impl<'a> Long<'a> {
         let most = Most { tiles: self.limits.most_tiles, bytes: MOST_BYTES };
         match corridor::find([&feet[0], &feet[1]], sizes, &mut ask, most, self.cancel)? {
             Found::Corridor { tiles, doors } => self.within(tiles, &doors),
-            Found::NoWay { reached } => {
+            Found::NoWay { enclosed, reached } => {
+                waters.push(enclosed);
                 let (nearest, gap_m) = self.nearest(&reached, start.at)?;
                 Err(Refusal::NoWay { nearest: self.plane.place(nearest), gap_m })
             }

@@ -148,6 +148,10 @@ impl Mesh {
             within_m.min(others_within_m(nearest_m))
         });
         found.sort_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
+        // A triangle may lie much farther off than its box.
+        if let Some(Near { distance_m, .. }) = found.first().copied() {
+            found.retain(|near| near.distance_m <= others_within_m(distance_m));
+        }
         found
     }
 

@@ -31,10 +31,11 @@ const LEAST_THINNED_M: f64 = 0.05;
 const MOST_THINNED_M: f64 = 1.0;
 
 /// For clearances from this on, sides that cannot lie at the edge of open water are left out (m).
-const WIDE_M: f64 = 40.0;
+const WIDE_M: f64 = 100.0;
 
-/// So many corners of contours are cut out at a time: an overlay of all of a large region takes several times the memory.
-const MOST_AT_ONCE: usize = 300_000;
+/// So many corners of contours are cut out at a time: an overlay of all of a large region takes several times the memory, and where
+/// contours lie over each other many times, several times as long.
+const MOST_AT_ONCE: usize = 100_000;
 
 /// A corner on the grid.
 pub(crate) type GridPoint = [i32; 2];

@@ -98,7 +98,7 @@ fn point() -> impl Strategy<Value = LocalPoint> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(testkit::so_many(24, 2_000)))]
+    #![proptest_config(ProptestConfig::with_cases(testkit::so_many(8, 2_000)))]
 
     #[test]
     fn ways_of_tiles_are_those_of_all_water_at_once(
@@ -122,8 +122,8 @@ proptest! {
 fn ends_in_one_tile_may_be_joined_by_other_tiles_only() {
     // A wall between the ends, longer than two tiles; as it is shifted, the ends lie in one tile or in two.
     let (mut joined, needs) = (0, Needs::depth_and_clearance(5.0, 10.0));
-    for shift in 0..8 {
-        let off_m = 75.0 * f64::from(shift);
+    for shift in 0..5 {
+        let off_m = 120.0 * f64::from(shift);
         let wall = (-20..=20).fold(Sea::new(middle(), HALF_M, 30.0), |sea, n| {
             sea.with(Ground::Land, at(off_m, 60.0 * f64::from(n)), 50.0, 8)
         });
@@ -133,14 +133,14 @@ fn ends_in_one_tile_may_be_joined_by_other_tiles_only() {
         let length_m = routers[1].route(&request, &needs, &Cancel::never()).unwrap().length_m;
         joined += usize::from(length_m > 2_000.0);
     }
-    assert_eq!(joined, 8);
+    assert_eq!(joined, 5);
 }
 
 #[test]
 fn a_gap_at_the_border_of_tiles_is_passed_exactly_where_it_is_wide_enough() {
     let mut passed = [0, 0];
-    for shift in 0..12 {
-        let off_m = 50.0 * f64::from(shift);
+    for shift in 0..6 {
+        let off_m = 90.0 * f64::from(shift);
         // Land from west to east with one gap 100 m wide.
         let square = |sea: Sea, east_m: f64| sea.with(Ground::Land, at(off_m, east_m), 1_000.0, 4);
         let sea = square(square(Sea::new(middle(), HALF_M, 30.0), off_m - 1_050.0), off_m + 1_050.0);
@@ -152,7 +152,7 @@ fn a_gap_at_the_border_of_tiles_is_passed_exactly_where_it_is_wide_enough() {
             passed[number] += usize::from(agree(&routers, &request, &needs).unwrap());
         }
     }
-    assert_eq!(passed, [12, 0]);
+    assert_eq!(passed, [6, 0]);
 }
 
 #[test]
