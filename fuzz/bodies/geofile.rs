@@ -1,7 +1,7 @@
-//! What must hold for any bytes that claim to be GPX or GeoJSON. The fuzz target calls this with bytes of its own
+//! What must hold for any bytes that claim to be GPX, GeoJSON, or a grid of currents in CSV or NetCDF. The fuzz target calls this with bytes of its own
 //! making, and `make test` with the committed seeds and everything that was ever found.
 
-use geofile::{Geometry, Shapes, geojson, gpx};
+use geofile::{Geometry, Shapes, currents, geojson, gpx};
 
 /// A file is read or refused in words; what is read can be written and read again.
 pub(crate) fn file(data: &[u8]) {
@@ -15,6 +15,14 @@ pub(crate) fn file(data: &[u8]) {
     }
     match geojson::read_polygons(data) {
         Ok(polygons) => assert!(polygons.iter().flatten().all(|ring| ring.len() >= 4)),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+    match currents::read(data) {
+        Ok(field) => {
+            let crossings = field.times_s.len() * field.lats_deg.len() * field.lons_deg.len();
+            assert_eq!((field.east_mps.len(), field.north_mps.len()), (crossings, crossings));
+            assert!(crossings <= currents::MOST_CROSSINGS);
+        }
         Err(error) => assert!(!error.to_string().is_empty()),
     }
 }

@@ -1,27 +1,33 @@
 //! Routes on the sea chart for people and programs.
 //!
-//! Planning takes a processor for some milliseconds, for up to a second where water must be prepared first, and for some tens where
-//! a way is long. So requests have [`turns`], and planning ends when the client goes away.
+//! Planning takes a processor for some milliseconds, for up to a second where water must be prepared first, and for tens of seconds or
+//! minutes where a way is long. So requests have [`turns`], and planning ends when the client goes away.
 
 mod turns;
+
+mod objective;
+
+pub use objective::{aimed, power};
 
 use crate::charts::Set;
 use crate::charts::verdict::reason;
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
-    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
+    SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
-use mission::{Cost, Current, VehicleModel};
-use planner::{Cancel, End, Moved, Needs, Passable, Refusal, Request, Route, RouteLeg, Router, Zone, Zones};
+use planner::{
+    Cancel, End, LegCost, Moved, Needs, Objective, Passable, Refusal, Request, Route, RouteLeg, Router, Zone,
+    Zones,
+};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use turns::Turns;
-use units::{LatLon, LocalFrame, LocalPoint, wrap_two_pi};
+use units::{LatLon, LocalFrame, LocalPoint, UtcTime, wrap_two_pi};
 
 /// Start, places to pass and goal.
 const POINTS: RangeInclusive<usize> = 2..=50;
@@ -34,8 +40,6 @@ const ALL_BORDERS_KM: f64 = 2_000.0;
 const ALTERNATIVES: u8 = 3;
 /// Farthest that a request may ask to keep clear (m): what is cut out grows with it, and so does the time that takes.
 const MOST_CLEARANCE_M: f64 = 500.0;
-/// Speed where none is asked for (m/s).
-const SPEED_MPS: f64 = 1.5;
 
 /// Plans routes; cheap to clone.
 #[derive(Clone, Default)]
@@ -53,7 +57,8 @@ impl Drop for Waiting {
 }
 
 impl Routing {
-    /// The shortest route that keeps to water that is deep enough, by these limits where the question leaves them open.
+    /// The route that is asked for, in water that is deep enough, by these limits and from this time on where the question
+    /// leaves them open.
     ///
     /// # Errors
     /// The question is malformed, or too many wait. That no route exists is an answer, not an error.
@@ -62,8 +67,9 @@ impl Routing {
         set: Arc<Set>,
         ask: SeaRouteRequest,
         limits: GuardLimits,
+        now: UtcTime,
     ) -> Result<SeaRouteAnswer> {
-        let question = Question::new(&ask, limits)?;
+        let question = Question::new(&ask, limits, now)?;
         let taken = self.turns.take(question.is_long(&set)).await?;
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
@@ -83,8 +89,7 @@ pub struct Question {
     request: Request,
     limits: GuardLimits,
     zones: Option<Zones>,
-    speed_mps: f64,
-    current: Current,
+    objective: Objective,
     explain: bool,
 }
 
@@ -93,7 +98,7 @@ impl Question {
     ///
     /// # Errors
     /// Which part is malformed.
-    pub fn new(ask: &SeaRouteRequest, limits: GuardLimits) -> Result<Self> {
+    pub fn new(ask: &SeaRouteRequest, limits: GuardLimits, now: UtcTime) -> Result<Self> {
         let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
         if !POINTS.contains(&ask.points.len()) {
             let (least, most) = POINTS.into_inner();
@@ -111,11 +116,7 @@ impl Question {
                 needs.clearance_m
             )));
         }
-        let speed_mps = ask.speed_mps.unwrap_or(SPEED_MPS);
-        if !(0.05..=20.0).contains(&speed_mps) {
-            return Err(malformed(format!("speed_mps: {speed_mps} is not within 0.05 to 20 m/s")));
-        }
-        let current = current(ask.current.as_ref()).map_err(malformed)?;
+        let objective = objective::objective(ask, now).map_err(malformed)?;
         let margin_m = needs.clearance_m.min(limits.half_width_m());
         let zones = zones(&ask.zones, margin_m).map_err(malformed)?;
         let places: Vec<LatLon> = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
@@ -130,7 +131,7 @@ impl Question {
         let request = Request { turn_radius_m: ask.turn_radius_m, alternatives, ..ends };
         request.validate().map_err(|error| malformed(error.to_string()))?;
         let explain = ask.explain;
-        Ok(Self { places, needs, request, limits, zones, speed_mps, current, explain })
+        Ok(Self { places, needs, request, limits, zones, objective, explain })
     }
 
     /// Whether planning can take tens of seconds.
@@ -145,10 +146,14 @@ impl Question {
         let request = self.request;
         let zoned = self.zones.clone().map(|zones| set.router.in_zones(zones));
         let router = zoned.as_ref().unwrap_or(&set.router);
-        let planned = router.route_by(&self.places, &request, &self.needs, &cancel);
-        let mut alternatives = Vec::new();
+        // Out of range it would have been refused.
+        let weighing = router.by_objective(self.objective.clone()).ok();
+        let planned =
+            weighing.as_ref().unwrap_or(router).route_by(&self.places, &request, &self.needs, &cancel);
+        let (mut alternatives, mut shortest) = (Vec::new(), None);
         let (route, refusal) = match planned {
             Ok(route) => {
+                shortest = route.shortest.as_ref().map(|shortest| self.described(shortest, set));
                 alternatives.extend(route.alternatives.iter().map(|other| self.described(other, set)));
                 (Some(self.described(&route, set)), None)
             }
@@ -166,6 +171,7 @@ impl Question {
             asked_depth_m: self.needs.demand.needed_m(),
             asked_clearance_m: self.needs.clearance_m,
             route,
+            shortest,
             alternatives,
             refusal,
             took_ms: began.elapsed().as_secs_f64() * 1e3,
@@ -175,12 +181,17 @@ impl Question {
     fn explain(&self, router: &Router, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
         // Cancelled: the client has gone.
         let Ok(mut passable) = router.passable(ends, &self.needs, cancel) else { return };
+        if passable.not_looked {
+            let text = "Smaller depths and clearances were not looked for: the charts around are too detailed for that.";
+            refused.text = format!("{} {text}", refused.text);
+            return;
+        }
         // In water less deep than that it does not float, whatever is asked.
         if passable.depth_m.is_some_and(|depth_m| depth_m < self.limits.needed_m(0.0)) {
             (passable.depth_m, passable.shallowest) = (None, None);
         }
         refused.text = format!("{} {}", refused.text, passable_text(&passable));
-        let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+        let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone, .. } = passable;
         refused.passable = Some(SeaRoutePassable {
             depth_m,
             shallowest_at: shallowest.map(degrees),
@@ -197,10 +208,15 @@ impl Question {
             route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
         let guard = dangers.zip(0..).find_map(|(check, number)| reason(&LegCheck { number, ..check }));
         let moved = [(route.moved_start, "start"), (route.moved_goal, "goal")];
-        let legs: Vec<SeaRouteLeg> = route.legs.iter().map(|leg| self.leg(leg)).collect();
+        let costs = route.reckon(&self.objective);
+        let current_unknown_m = costs.iter().map(|cost| cost.unknown_m).sum();
+        let legs: Vec<SeaRouteLeg> =
+            route.legs.iter().zip(costs).map(|(leg, cost)| described_leg(leg, cost)).collect();
         SeaRoute {
             points: route.places().map(degrees).collect(),
             length_m: route.length_m,
+            speed_mps: route.speed_mps(&self.objective),
+            current_unknown_m,
             duration_s: legs.iter().map(|leg| leg.duration_s).sum(),
             energy_wh: legs.iter().map(|leg| leg.energy_wh).sum(),
             legs,
@@ -212,42 +228,26 @@ impl Question {
             part_only: route.of_part,
         }
     }
-
-    fn leg(&self, leg: &RouteLeg) -> SeaRouteLeg {
-        let Cost { duration_s, energy_j, .. } = cost(leg, self.speed_mps, self.current);
-        SeaRouteLeg {
-            length_m: leg.length_m,
-            course_deg: course_rad(leg).to_degrees(),
-            duration_s,
-            energy_wh: energy_j.map(|energy_j| energy_j / 3_600.0),
-            least_depth_m: leg.worst.water.least_m(),
-            least_depth_at: degrees(leg.worst.at),
-            clearance_m: leg.clearance_m,
-            turn_text: leg.turn.and_then(|turn| turn.trouble).map(|trouble| sentence(&trouble.to_string())),
-        }
-    }
 }
 
-/// What a leg takes at a speed through the water, by the power of the vessel that plans are reckoned with.
-pub fn cost(leg: &RouteLeg, speed_mps: f64, current: Current) -> Cost {
-    Cost::of_leg(leg.length_m, course_rad(leg), speed_mps, current, &VehicleModel::default())
+fn described_leg(leg: &RouteLeg, cost: LegCost) -> SeaRouteLeg {
+    SeaRouteLeg {
+        length_m: leg.length_m,
+        course_deg: course_rad(leg).to_degrees(),
+        duration_s: cost.duration_s,
+        energy_wh: cost.energy_j.map(|energy_j| energy_j / 3_600.0),
+        least_depth_m: leg.worst.water.least_m(),
+        least_depth_at: degrees(leg.worst.at),
+        clearance_m: leg.clearance_m,
+        turn_text: leg.turn.and_then(|turn| turn.trouble).map(|trouble| sentence(&trouble.to_string())),
+    }
 }
 
 fn course_rad(leg: &RouteLeg) -> f64 {
     wrap_two_pi(LocalPoint::default().bearing_rad(LocalFrame::new(leg.from).to_local(leg.to)))
 }
 
-fn current(asked: Option<&SeaRouteCurrent>) -> std::result::Result<Current, String> {
-    let Some(SeaRouteCurrent { set_deg, drift_mps }) = asked else { return Ok(Current::default()) };
-    if !set_deg.is_finite() || !(0.0..=10.0).contains(drift_mps) {
-        return Err(format!(
-            "current: {set_deg}°, {drift_mps} m/s; give a direction in degrees and a speed of 0 to 10 m/s"
-        ));
-    }
-    Ok(Current { set_rad: set_deg.to_radians(), drift_mps: *drift_mps })
-}
-
-/// Reads the areas of a request; `None` if it has no areas.
+/// Reads the areas of a request that routes avoid or stay within; `None` if it has none of these.
 fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zones>, String> {
     if asked.is_empty() {
         return Ok(None);
@@ -260,12 +260,14 @@ fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zo
         return Err(format!("zones: they have {all} corners; give up to {ALL_CORNERS} in all"));
     }
     let (mut within, mut avoid, mut borders_km) = (None, Vec::new(), 0.0);
-    for (number, SeaRouteZone { kind, corners }) in asked.iter().enumerate() {
+    for (number, SeaRouteZone { kind, corners, .. }) in asked.iter().enumerate() {
         let zone = zone(corners).map_err(|text| format!("zones[{number}]: {text}"))?;
         borders_km += zone.border_m() / 1e3;
         match kind {
             SeaRouteZoneKind::Avoid => avoid.push(zone),
             SeaRouteZoneKind::Within if within.is_none() => within = Some(zone),
+            // Read with the objective.
+            SeaRouteZoneKind::Limit => {}
             SeaRouteZoneKind::Within => {
                 return Err(format!("zones[{number}]: only one area can be to stay within"));
             }
@@ -275,6 +277,9 @@ fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zo
         return Err(format!(
             "zones: their borders are {borders_km:.0} km long; give up to {ALL_BORDERS_KM:.0} km in all"
         ));
+    }
+    if within.is_none() && avoid.is_empty() {
+        return Ok(None);
     }
     Zones::new(within, avoid, margin_m).map(Some).map_err(|error| format!("zones: {error}"))
 }
@@ -319,6 +324,7 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::NoWay { .. } => "no_way",
         Refusal::TooFar { .. } | Refusal::TooLong { .. } => "too_far",
         Refusal::Unknown { .. } => "not_found",
+        Refusal::ShortestOnly { .. } => "shortest_only",
         Refusal::NotConfirmed { .. } => "not_confirmed",
         Refusal::Needs(_) | Refusal::Plan(_) => "failed",
     };
@@ -351,7 +357,11 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
             told.apart_m = Some([straight_km * 1e3, most_km * 1e3]);
             told.by = by.iter().copied().map(degrees).collect();
         }
-        Refusal::TooLong { .. } | Refusal::NotConfirmed { .. } | Refusal::Needs(_) | Refusal::Plan(_) => {}
+        Refusal::ShortestOnly { .. }
+        | Refusal::TooLong { .. }
+        | Refusal::NotConfirmed { .. }
+        | Refusal::Needs(_)
+        | Refusal::Plan(_) => {}
     }
     told
 }

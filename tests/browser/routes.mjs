@@ -120,6 +120,11 @@ await inBrowser(async (open) => {
     await clearance.press("Enter");
   };
   const freeM = await lengthAfter(({ clearance_m }) => clearance_m === 15, keep(15));
+  // The least energy goes slower; then the shortest route again.
+  const best = panel.getByLabel("Best route");
+  await lengthAfter(({ objective }) => objective === "least_energy", () => best.selectOption("least_energy"));
+  await panel.getByText(/Wh from the batteries at 0\.\d\d m\/s/).waitFor();
+  await lengthAfter(({ objective }) => objective === "shortest", () => best.selectOption("shortest"));
   const onMap = (x, y) => page.mouse.click(box.x + box.width * x, box.y + box.height * y);
   await panel.getByRole("button", { name: "Draw an area to avoid" }).click();
   for (const [x, y] of [[0.55, 0.25], [0.7, 0.75], [0.7, 0.25], [0.55, 0.75]]) await onMap(x, y);

@@ -10,11 +10,11 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-searoute-"));
 const outfile = join(folder, "searoute.mjs");
 await build({ entryPoints: ["src/state/searoute.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { canGoAround, energyOf, placesOfRoute, remarks, routeName, routesOf, routeText, stretchAt, withRoute, withWayAround } = await import(outfile);
+const { canGoAround, energyOf, placesOfRoute, remarks, routeName, routesOf, routeText, savedText, speedFor, stretchAt, withRoute, withWayAround } = await import(outfile);
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
-const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, part_only: false, ...more });
+const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, energy_wh: 120, speed_mps: 1.5, current_unknown_m: 0, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, part_only: false, ...more });
 const found = route([[63, 10], [63.1, 10.1], [63.2, 10.1], [63.3, 10]]);
 const goto = (id, lat, lon) => ({ id, speed, task: { kind: "goto", at: at(lat, lon) } });
 const plan = (...maneuvers) => ({ name: "p", description: "", vessel: null, repeat: false, maneuvers });
@@ -28,8 +28,9 @@ test("a route is told in a line, with what is least", () => {
 
 test("routes to choose from are the shortest first, and say by how much they are longer", () => {
   const other = { ...found, length_m: 3175.4, duration_s: 2117 };
-  const routes = routesOf({ route: found, alternatives: [other] });
-  assert.deepEqual(routes.map((one, index) => routeName(one, index, found)), [
+  const answer = { route: found, shortest: null, alternatives: [other] };
+  const routes = routesOf(answer);
+  assert.deepEqual(routes.map((one, index) => routeName(one, index, answer, "shortest")), [
     "Shortest · 2865 m · 32 min · least depth 5.0 m · clear by 18 m",
     "2: 310 m longer · 3175 m · 35 min · least depth 5.0 m · clear by 18 m",
   ]);
@@ -39,8 +40,26 @@ test("routes to choose from are the shortest first, and say by how much they are
 
 test("a current that is too strong leaves time and energy out", () => {
   assert.equal(routeText({ ...found, duration_s: null }), "2865 m · the current is too strong · least depth 5.0 m · clear by 18 m");
-  assert.equal(energyOf({ energy_wh: null }), "");
-  assert.equal(energyOf({ energy_wh: 123.4 }), "About 123 Wh from the batteries (estimate).");
+  assert.match(routeText({ ...found, duration_s: null, current_unknown_m: 200 }), /the current is not known everywhere/);
+  assert.equal(energyOf({ energy_wh: null, speed_mps: 1.5 }), "");
+  assert.equal(energyOf({ energy_wh: 123.4, speed_mps: 1.5 }), "About 123 Wh from the batteries at 1.50 m/s (estimate).");
+});
+
+test("the route of an objective stands beside the shortest one, and says what it saves", () => {
+  const best = { ...found, length_m: 3000, duration_s: 1719, energy_wh: 90, speed_mps: 1.2 };
+  const answer = { route: best, shortest: found, alternatives: [] };
+  assert.deepEqual(routesOf(answer).map((one, index) => routeName(one, index, answer, "least_energy")), [
+    "Least energy, 135 m longer · 3000 m · 29 min · least depth 5.0 m · clear by 18 m · 90 Wh",
+    "Shortest · 2865 m · 32 min · least depth 5.0 m · clear by 18 m · 120 Wh",
+  ]);
+  assert.equal(savedText(answer), "Against the shortest route: length +5 %, time −10 %, energy −25 %.");
+  assert.equal(savedText({ ...answer, shortest: null }), "");
+  assert.equal(savedText({ ...answer, route: { ...best, duration_s: null } }), "Against the shortest route: length +5 %, energy −25 %.");
+  // A plan takes the speed that saves the energy, and keeps its own otherwise.
+  assert.deepEqual(speedFor(best, speed), { value: 1.2, unit: "mps" });
+  assert.equal(speedFor(found, speed), speed);
+  const percent = { value: 40, unit: "percent" };
+  assert.equal(speedFor(best, percent), percent);
 });
 
 test("what is moved, refused or against the guard is told", () => {

@@ -90,8 +90,9 @@ pub use register::{
     RegisterTag,
 };
 pub use routing::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
-    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteLeg,
+    SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone,
+    SeaRouteZoneKind,
 };
 pub use said::{Said, Wording, fixed, say};
 pub use samples::{

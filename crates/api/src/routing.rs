@@ -24,16 +24,38 @@ pub struct SeaRouteRequest {
     /// null where it is not known.
     #[serde(default)]
     pub turn_radius_m: Option<f64>,
-    /// Speed through the water that time and energy are reckoned with (m/s); null for 1.5.
+    /// What the route is good for.
+    #[serde(default)]
+    pub objective: SeaRouteObjective,
+    /// Water charted shallower than this (m) costs more, so that a route keeps to deeper water where that is worth the way;
+    /// null for no such preference.
+    #[serde(default)]
+    pub prefer_depth_m: Option<f64>,
+    /// Water nearer than this (m), 0 to 2000, to land, dangers and water that is not deep enough costs more; null for no such
+    /// preference.
+    #[serde(default)]
+    pub prefer_off_m: Option<f64>,
+    /// How many times as much such water costs, 1 to 100; null for 3. In water that is both, the two surcharges add.
+    #[serde(default)]
+    pub prefer_factor: Option<f64>,
+    /// Speed through the water that time and energy are reckoned with (m/s); null for 1.5. For the least energy the greatest
+    /// one.
     #[serde(default)]
     pub speed_mps: Option<f64>,
-    /// Areas to avoid, or to stay within; up to 50, of which one may be to stay within, with 1000 corners and 2000 km of
-    /// borders in all.
+    /// Areas to avoid, to stay within, or with a speed limit; up to 50, of which one may be to stay within, with 1000 corners
+    /// and 2000 km of borders in all.
     #[serde(default)]
     pub zones: Vec<SeaRouteZone>,
     /// The current that time and energy are reckoned in; null for none.
     #[serde(default)]
     pub current: Option<SeaRouteCurrent>,
+    /// A current that changes from place to place, in place of a steady one; null for none.
+    #[serde(default)]
+    pub current_grid: Option<SeaRouteCurrentGrid>,
+    /// When the route begins, µs since 1970 UTC: which of the grid's times count. Null for now.
+    #[serde(default)]
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub depart_us: Option<i64>,
     /// How many other routes to look for, 0 to 3, that pass islands and shoals on the other side; they are not looked for
     /// where there are places to pass.
     #[serde(default)]
@@ -44,7 +66,40 @@ pub struct SeaRouteRequest {
     pub explain: bool,
 }
 
-/// An area that routes avoid or stay within.
+/// What a route is good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum SeaRouteObjective {
+    /// The least length.
+    #[default]
+    Shortest,
+    /// The least time at the speed through the water.
+    Fastest,
+    /// The least energy, at the speed through the water or a slower one: `speed_mps` of the route says which.
+    LeastEnergy,
+}
+
+/// Currents at the crossings of latitudes and longitudes, at one or more times; linear between them, not known beyond them.
+/// A grid of one time holds at any time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteCurrentGrid {
+    /// Times, rising, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "Array<number>"))]
+    pub times_us: Vec<i64>,
+    /// Latitudes (°), rising, two or more.
+    pub lats_deg: Vec<f64>,
+    /// Longitudes (°), rising, two or more; also beyond 180.
+    pub lons_deg: Vec<f64>,
+    /// Current to the true east (m/s) by time, then latitude, then longitude, 100000 values at most; null where not known.
+    pub east_mps: Vec<Option<f32>>,
+    /// Current to the true north (m/s), as to the east.
+    pub north_mps: Vec<Option<f32>>,
+}
+
+/// An area that routes avoid or stay within, or where they are slow.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -53,6 +108,9 @@ pub struct SeaRouteZone {
     pub kind: SeaRouteZoneKind,
     /// Latitude and longitude (°) of its corners, 3 to 200; the last joins the first, and its sides do not cross.
     pub corners: Vec<[f64; 2]>,
+    /// Greatest speed through the water (m/s) in an area of the kind `limit`; null in others.
+    #[serde(default)]
+    pub most_mps: Option<f64>,
 }
 
 /// What an area of a route is for.
@@ -64,6 +122,8 @@ pub enum SeaRouteZoneKind {
     Avoid,
     /// Routes do not leave it.
     Within,
+    /// In it a vessel is no faster than a limit, which counts for time and energy.
+    Limit,
 }
 
 /// A steady current.
@@ -87,6 +147,8 @@ pub struct SeaRouteAnswer {
     pub asked_clearance_m: f64,
     /// The route.
     pub route: Option<SeaRoute>,
+    /// The shortest route, to compare with; null where the route is the shortest one itself.
+    pub shortest: Option<SeaRoute>,
     /// Other routes, as far as they were asked for and differ from this one and each other: the shortest first.
     pub alternatives: Vec<SeaRoute>,
     /// The reason that no route exists.
@@ -105,10 +167,14 @@ pub struct SeaRoute {
     pub legs: Vec<SeaRouteLeg>,
     /// Length (m).
     pub length_m: f64,
-    /// How long it takes at the speed through the water (s); null where the current is too strong.
+    /// The speed through the water that time and energy are reckoned with (m/s).
+    pub speed_mps: f64,
+    /// Length on which the current is not known (m): beyond the grid, or its times. Time and energy are null then.
+    pub current_unknown_m: f64,
+    /// How long it takes at the speed through the water (s); null where the current is too strong or not known.
     pub duration_s: Option<f64>,
-    /// Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong, and at speeds that
-    /// the model does not know.
+    /// Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong or not known, and at
+    /// speeds that the model does not know.
     pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).
     pub least_depth_m: Option<f64>,
@@ -133,9 +199,9 @@ pub struct SeaRouteLeg {
     pub length_m: f64,
     /// Course over ground at its start (°), clockwise from true north.
     pub course_deg: f64,
-    /// How long it takes (s); null where the current is too strong.
+    /// How long it takes (s); null where the current is too strong or not known.
     pub duration_s: Option<f64>,
-    /// Energy from the battery (Wh); null where the current is too strong.
+    /// Energy from the battery (Wh); null where the current is too strong or not known.
     pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).
     pub least_depth_m: Option<f64>,
@@ -164,8 +230,8 @@ pub struct SeaRouteMoved {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteRefusal {
-    /// For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`, `not_confirmed` or
-    /// `failed`.
+    /// For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`,
+    /// `shortest_only` (another objective than the shortest, in water too detailed for that), `not_confirmed` or `failed`.
     pub code: String,
     /// For people: what is in the way, and what to do.
     pub text: String,
@@ -181,7 +247,7 @@ pub struct SeaRouteRefusal {
     pub apart_m: Option<[f64; 2]>,
     /// How far from the start it was looked, where not all water was looked at (m); null for another reason.
     pub looked_m: Option<f64>,
-    /// Where start and goal are too far apart: places on a way between them, if one is known. A route by way of them can be planned.
+    /// Where start and goal are too far apart: places on a way between them, if one is known. Routes by way of them have shorter stretches.
     pub by: Vec<[f64; 2]>,
     /// Changes that would give a route; null where that was not asked for.
     pub passable: Option<SeaRoutePassable>,

@@ -20,12 +20,13 @@ use crate::{
     Recording, Refusal, RefusalReason, RegisterAnimal, RegisterAnswer, RegisterChange, RegisterDeployment,
     RegisterEntry, RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterKind, RegisterPerson,
     RegisterProblem, RegisterProject, RegisterReceiver, RegisterRecord, RegisterTag, Role, RouteLeg,
-    SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg,
-    SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
-    Series, SeriesField, Session, ShareVisit, ShareVisitKind, ShelveRequest, SpeedUnit, StoredPlan,
-    Subscription, SummaryBar, SummaryFlag, SummarySquare, SummaryTag, SummaryVessel, System, TeleopMessage,
-    TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update,
-    ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent, Wording,
+    SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid,
+    SeaRouteLeg, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest,
+    SeaRouteZone, SeaRouteZoneKind, Series, SeriesField, Session, ShareVisit, ShareVisitKind, ShelveRequest,
+    SpeedUnit, StoredPlan, Subscription, SummaryBar, SummaryFlag, SummarySquare, SummaryTag, SummaryVessel,
+    System, TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint,
+    TransportPeer, Update, ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent,
+    Wording,
 };
 use ts_rs::TS;
 
@@ -196,6 +197,8 @@ fn text() -> String {
         SeaRouteZone::decl(),
         SeaRouteZoneKind::decl(),
         SeaRouteCurrent::decl(),
+        SeaRouteCurrentGrid::decl(),
+        SeaRouteObjective::decl(),
         SeaRouteLeg::decl(),
         SeaRouteMoved::decl(),
         SeaRouteClosed::decl(),

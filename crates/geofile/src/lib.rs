@@ -1,12 +1,14 @@
-//! GPX 1.1 and GeoJSON (RFC 7946) as named points and lines, and GeoJSON as polygons.
+//! GPX 1.1 and GeoJSON (RFC 7946) as named points and lines, GeoJSON as polygons, and CSV and NetCDF as grids of currents.
 //!
-//! It knows these two formats and positions in WGS 84 degrees; what a file means to a plan or a chart is left to the
+//! It knows these formats and positions in WGS 84 degrees; what a file means to a plan or a chart is left to the
 //! caller. A file is read whole or refused with the place of the error; no stated size is trusted before the data is
 //! there, and points and lines of more than [`MOST_POSITIONS`] positions are refused.
 //!
 //! - [`Shapes`] is what a file holds, each [`Shape`] with its [`Geometry`]: [`geojson::read`], [`gpx::read`].
 //! - [`Polygon`]s are read by [`geojson::read_polygons`].
+//! - [`currents::CurrentField`] is a grid of currents with time steps: [`currents::read`].
 
+pub mod currents;
 pub mod geojson;
 pub mod gpx;
 

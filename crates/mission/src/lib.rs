@@ -50,7 +50,7 @@ pub use plan::{DraftBody, DraftNote, ManeuverDraft, Node, PLAN_END, Plan, PlanDr
 pub use plan_limits::PlanLimits;
 pub use problem::{PlanProblem, PlanProblems, PlanWarning, ProblemKind};
 pub use speed::SpeedLimits;
-pub use statistics::{Cost, Current, ModelError, ModelPoint, PlanStatistics, VehicleModel};
+pub use statistics::{Cost, ModelError, ModelPoint, PlanStatistics, VehicleModel};
 pub use supervisor::{
     Activity, BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage, LimitsConfig, LimitsOutput,
     LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, Step,

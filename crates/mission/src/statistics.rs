@@ -4,11 +4,9 @@
 //! ([`Progress`]), not here. What cannot be known (an operator's way, a loiter without end) is absent and makes
 //! the totals absent.
 
-mod current;
 mod model;
 mod progress;
 
-pub use current::Current;
 pub use model::{ModelError, ModelPoint, VehicleModel};
 pub(crate) use progress::{Progress, Standing};
 

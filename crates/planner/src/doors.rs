@@ -16,6 +16,10 @@ use std::collections::BTreeMap;
 const STRETCHES: [f64; 12] = [0.0, 0.02, 0.08, 0.2, 0.32, 0.44, 0.56, 0.68, 0.8, 0.92, 0.98, 1.0];
 /// Narrower openings are no doors (m): tiles are cut out one by one, on a grid of centimetres.
 const NARROWEST_M: f64 = 0.1;
+/// Openings of a stretch are one door where the way between them is no longer than so many times straight and this share of a tile's
+/// side.
+const JOINED: f64 = 1.1;
+const JOINED_SHARE: f64 = 0.002;
 /// What lies so near a border lies on it, and openings so near each other are one (m).
 const SAME_M: f64 = 0.02;
 
@@ -34,6 +38,17 @@ pub(crate) struct Door {
     pub(crate) triangle: u32,
 }
 
+impl Door {
+    /// Takes another opening in; the place of the door is in its widest one.
+    fn take(&mut self, other: Self) {
+        let widest_m = |door: &Self| door.open.iter().map(|[from, to]| to - from).fold(0.0, f64::max);
+        if widest_m(&other) > widest_m(self) {
+            (self.at, self.triangle) = (other.at, other.triangle);
+        }
+        self.open.extend(other.open);
+    }
+}
+
 /// What a coarse search knows of a tile.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Doors {
@@ -47,7 +62,7 @@ pub(crate) struct Doors {
 impl Doors {
     /// Of the water of a tile.
     pub(crate) fn of(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Self, PlanError> {
-        let list = doors(room);
+        let list = doors(room, cancel)?;
         let count = list.len();
         let mut lengths_m = vec![f32::INFINITY; count * count];
         for (one, from) in list.iter().enumerate() {
@@ -93,11 +108,9 @@ impl Doors {
 
     /// Which doors of the tile beyond a door of another it leads to, and how far off they are (m).
     pub(crate) fn opposite<'a>(&'a self, door: &'a Door) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let meets =
-            |one: &[f64; 2], other: &[f64; 2]| one[1].min(other[1]) - one[0].max(other[0]) > NARROWEST_M;
+        let meets = |one: &[f64; 2], other: &[f64; 2]| one[1].min(other[1]) - one[0].max(other[0]) > SAME_M;
         let leads = move |other: &&Door| {
             other.border == door.border.opposite()
-                && other.stretch == door.stretch
                 && other.open.iter().any(|one| door.open.iter().any(|other| meets(one, other)))
         };
         let numbered = self.list.iter().enumerate().filter(move |(_, other)| leads(other));
@@ -117,59 +130,98 @@ pub(crate) fn length_m(
     Ok(found.map_or(f64::INFINITY, |(way, _)| length_m(&way)))
 }
 
-/// Openings of a piece of water in a stretch of a border, and the triangles there.
-type Openings = BTreeMap<(Border, usize, u32), Vec<([f64; 2], u32)>>;
+/// Sides of triangles of a piece of water on a border, along it (m), and the triangles.
+type Sides = BTreeMap<(Border, u32), Vec<([f64; 2], u32)>>;
 
-fn doors(room: &SeaRoom) -> Vec<Door> {
-    let mut openings = Openings::new();
+fn doors(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Vec<Door>, PlanError> {
+    let mut all = Sides::new();
     for (triangle, beyond) in (0_u32..).zip(&room.mesh.beyond) {
         let corners = room.mesh.triangle(triangle);
         for side in (0..3).filter(|side| beyond[*side] == NONE) {
-            add_opening(&mut openings, room, triangle, [corners[side], corners[(side + 1) % 3]]);
+            add_side(&mut all, room, triangle, [corners[side], corners[(side + 1) % 3]]);
         }
     }
-    openings.into_iter().filter_map(|(key, parts)| door(room, key, parts)).collect()
-}
-
-/// Adds a side of a triangle where it lies on the border of the room's region, in stretches.
-fn add_opening(openings: &mut Openings, room: &SeaRoom, triangle: u32, ends: [Point; 2]) {
-    let region = &room.region;
-    let on = |border: &Border| ends.iter().all(|end| border.inside_m(region, *end) < SAME_M);
-    for border in BORDERS.into_iter().filter(on) {
-        let [a, b] = ends.map(|end| border.along_m(end));
-        let (least, most) = (a.min(b), a.max(b));
-        let (begin, end) = (border.along_m(region.min), border.along_m(region.max));
-        for (stretch, shares) in STRETCHES.windows(2).enumerate() {
-            let [from, to] = [shares[0], shares[1]].map(|share| begin + (end - begin) * share);
-            let (from, to) = (least.max(from), most.min(to));
-            if from < to {
-                let key = (border, stretch, room.mesh.piece[triangle as usize]);
-                openings.entry(key).or_default().push(([from, to], triangle));
+    let mut doors: Vec<Door> = Vec::new();
+    for ((border, piece), mut sides) in all {
+        cancel.check()?;
+        sides.sort_by(|one, other| one.0[0].total_cmp(&other.0[0]));
+        let first = doors.len();
+        for open in openings(&sides).into_iter().flat_map(|open| stretches(room, border, open)) {
+            let middle_m = f64::midpoint(open[0], open[1]);
+            let holds =
+                |([from, to], _): &&([f64; 2], u32)| (from - SAME_M..=to + SAME_M).contains(&middle_m);
+            let Some((_, triangle)) = sides.iter().find(holds).copied() else { continue };
+            let at = room.mesh.within(triangle, border.point(&room.region, middle_m));
+            let door = Door {
+                border,
+                stretch: stretch(room, border, middle_m),
+                piece,
+                open: vec![open],
+                at,
+                triangle,
+            };
+            match doors[first..].last_mut() {
+                Some(last) if last.stretch == door.stretch && is_beside(room, last, &door, cancel)? => {
+                    last.take(door)
+                }
+                _ => doors.push(door),
             }
         }
     }
+    Ok(doors)
 }
 
-/// A door of openings that lie beside each other; `None` if each of them is too narrow.
-fn door(
-    room: &SeaRoom,
-    (border, stretch, piece): (Border, usize, u32),
-    mut parts: Vec<([f64; 2], u32)>,
-) -> Option<Door> {
-    parts.sort_by(|one, other| one.0[0].total_cmp(&other.0[0]));
+/// Adds a side of a triangle where it lies on the border of the room's region.
+fn add_side(all: &mut Sides, room: &SeaRoom, triangle: u32, ends: [Point; 2]) {
+    let on = |border: &Border| ends.iter().all(|end| border.inside_m(&room.region, *end) < SAME_M);
+    for border in BORDERS.into_iter().filter(on) {
+        let [a, b] = ends.map(|end| border.along_m(end));
+        let key = (border, room.mesh.piece[triangle as usize]);
+        all.entry(key).or_default().push(([a.min(b), a.max(b)], triangle));
+    }
+}
+
+/// Where sides that lie beside each other leave a border open, without what is too narrow (m); sides in order.
+fn openings(sides: &[([f64; 2], u32)]) -> Vec<[f64; 2]> {
     let mut open: Vec<[f64; 2]> = Vec::new();
-    for ([from, to], _) in &parts {
+    for ([from, to], _) in sides {
         match open.last_mut() {
             Some(last) if from - last[1] < SAME_M => last[1] = last[1].max(*to),
             _ => open.push([*from, *to]),
         }
     }
+    // As a whole: where a stretch ends is no matter of the water.
     open.retain(|[from, to]| to - from > NARROWEST_M);
-    let widest =
-        open.iter().copied().max_by(|one, other| (one[1] - one[0]).total_cmp(&(other[1] - other[0])))?;
-    let middle_m = f64::midpoint(widest[0], widest[1]);
-    let holds = |([from, to], _): &&([f64; 2], u32)| (from - SAME_M..=to + SAME_M).contains(&middle_m);
-    let (_, triangle) = *parts.iter().find(holds)?;
-    let at = room.mesh.within(triangle, border.point(&room.region, middle_m));
-    Some(Door { border, stretch, piece, open, at, triangle })
+    open
+}
+
+/// Where the stretches of a border begin and end (m).
+fn bounds_m(room: &SeaRoom, border: Border) -> [f64; STRETCHES.len()] {
+    let (begin, end) = (border.along_m(room.region.min), border.along_m(room.region.max));
+    STRETCHES.map(|share| begin + (end - begin) * share)
+}
+
+fn stretch(room: &SeaRoom, border: Border, at_m: f64) -> usize {
+    bounds_m(room, border).iter().skip(1).take_while(|bound_m| **bound_m < at_m).count()
+}
+
+/// An opening in stretches; a shred at the end of a stretch stays with the rest.
+fn stretches(room: &SeaRoom, border: Border, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+    let mut parts = Vec::new();
+    let mut begin = from;
+    for bound_m in bounds_m(room, border) {
+        if bound_m - begin > NARROWEST_M && to - bound_m > NARROWEST_M {
+            parts.push([begin, bound_m]);
+            begin = bound_m;
+        }
+    }
+    parts.push([begin, to]);
+    parts
+}
+
+/// Whether an opening is joined with a door before it by water near the border, so that one length does for both.
+fn is_beside(room: &SeaRoom, door: &Door, next: &Door, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
+    let side_m = room.region.max.x - room.region.min.x;
+    let most_m = JOINED * door.at.distance_m(next.at) + JOINED_SHARE * side_m;
+    Ok(length_m(room, (door.at, door.triangle), (next.at, next.triangle), cancel)? <= most_m)
 }

@@ -11,6 +11,8 @@
 //!
 //! - [`Needs`] say how deep and how far off.
 //! - [`Zones`] say where ways may lead beside that.
+//! - [`Objective`] says what a route is good for where it is not the shortest: time or energy in a current ([`Currents`]),
+//!   deeper water, more distance.
 //! - [`Router`] holds a chart and the rooms made of it, and answers a [`Request`] by a [`Route`] or by a [`Refusal`]
 //!   that says what is in the way.
 //! - [`classic`] is a plain A* on a grid, to compare with.
@@ -22,13 +24,16 @@ mod boxes;
 mod cancel;
 pub mod classic;
 mod corridor;
+mod currents;
 mod doors;
 mod joining;
 mod known;
+mod lattice;
 mod long;
 mod mesh;
 mod nearby;
 mod needs;
+mod objective;
 mod obstacles;
 mod outermost;
 mod parts;
@@ -39,16 +44,21 @@ mod room;
 mod rooms;
 mod route;
 mod router;
+mod sailing;
 mod search;
 mod side;
 mod tidy;
 mod tile;
 mod turns;
 mod walls;
+mod weighed;
+mod weighing;
 mod zones;
 
 pub use cancel::Cancel;
+pub use currents::{CurrentGrid, CurrentGridError, Currents, Flow};
 pub use needs::{Needs, NeedsError};
+pub use objective::{Aim, LegCost, Objective, Power, Preferences, SpeedLimit};
 pub use passable::{Passable, PassableGap};
 pub use plane::{Plane, Point};
 pub use room::{PlanError, SeaRoom};

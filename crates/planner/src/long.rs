@@ -28,10 +28,6 @@ const MIDDLES_TILES: f64 = 8.0;
 const FARTHEST_M: f64 = 640_000.0;
 /// The doors of the tiles that are looked at for one way take no more memory (bytes).
 const MOST_BYTES: usize = 16 << 20;
-/// Where ends are moved, so many pairs of places in different waters are tried, the nearest first.
-const MOST_PAIRS: usize = 16;
-/// So many tiles near the goal are prepared to say how near a way leads.
-const NEAR_TILES: usize = 4;
 /// Half side of the region in which the nearest open water is looked for, around an end that has none (m).
 const LOOK_M: f64 = 20_000.0;
 /// So much longer than the shortest way a way is at most that is called the shortest.
@@ -94,21 +90,20 @@ impl<'a> Long<'a> {
         pairs.sort_by(|[a, b], [c, d]| (a.moved_m + b.moved_m).total_cmp(&(c.moved_m + d.moved_m)));
         // Ends are moved no farther than they must be: elsewhere only where no way leads on from the nearest water.
         let mut refused = None;
+        // Each enclosed water is looked at once, so that no pair is left out.
         let mut enclosed: Vec<BTreeSet<Part>> = Vec::new();
         for [start, goal] in pairs {
             let [from, to] = [start, goal].map(|stand| (stand.tile, stand.piece));
             if enclosed.iter().any(|water| water.contains(&from) != water.contains(&to)) {
                 continue;
             }
-            if enclosed.len() == MOST_PAIRS {
-                break;
-            }
             match self.between(start, goal, &mut enclosed) {
                 Err(refusal @ Refusal::NoWay { .. }) => refused = refused.or(Some(refusal)),
                 answer => return answer,
             }
         }
-        Err(refused.unwrap_or_else(|| PlanError::Geometry("an end stands nowhere".to_owned()).into()))
+        Err(refused
+            .unwrap_or_else(|| PlanError::Geometry("no open water was found at an end".to_owned()).into()))
     }
 
     /// The shortest way between two places. Where there is none, adds to the enclosed waters.
@@ -181,7 +176,7 @@ impl<'a> Long<'a> {
     }
 
     fn question<'q>(&'q self, room: &'q SeaRoom) -> Question<'q> {
-        Question { room, index: &self.rooms.index, request: self.request, cancel: self.cancel }
+        Question { room, index: &self.rooms.index, request: self.request, wish: None, cancel: self.cancel }
     }
 
     fn straight_m(&self) -> f64 {
@@ -213,7 +208,7 @@ impl<'a> Long<'a> {
         let mut tiles: Vec<(f64, Tile)> = pieces.keys().map(|tile| (off_m(tile), *tile)).collect();
         tiles.sort_by(|one, other| one.0.total_cmp(&other.0));
         let mut best = (start, start.distance_m(goal));
-        for (off_m, tile) in tiles.into_iter().take(NEAR_TILES) {
+        for (off_m, tile) in tiles {
             if off_m >= best.1 {
                 break;
             }

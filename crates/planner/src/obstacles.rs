@@ -104,20 +104,29 @@ fn thinned_m(clearance_m: f64) -> f64 {
 pub(crate) struct Cut<'a> {
     pub(crate) lines: &'a [Vec<Point>],
     pub(crate) clearance_m: f64,
+    /// Clearances are on the sea, and grow with the scale of this plane at each line; `None` where they are of the plane itself.
+    pub(crate) plane: Option<&'a Plane>,
     /// The chart itself calls closed what lies nearer to these lines than this (m), so that what they cut out may have holes
     /// in it; `None` of lines that are not the chart's.
     pub(crate) closed_m: Option<f64>,
 }
 
 impl Cut<'_> {
+    /// The greatest scale at points, and so on straight lines between them, which are so far from the middle at most.
+    fn scale(&self, points: &[Point]) -> f64 {
+        let Some(plane) = self.plane else { return 1.0 };
+        points.iter().map(|at| plane.scale(*at)).fold(1.0, f64::max)
+    }
+
     /// Which sides are needed, where the clearance is wide; `None` where all of them may be.
     fn outermost(&self, near: Region, cancel: &Cancel<'_>) -> Result<Option<Outermost>, PlanError> {
         let Some(closed_m) = self.closed_m.filter(|closed_m| *closed_m >= WIDE_M) else { return Ok(None) };
         let thinned_m = thinned_m(self.clearance_m);
         let thinned: Vec<Vec<Point>> = self.lines.iter().map(|line| thin(line, thinned_m)).collect();
         cancel.check()?;
+        let most_m = cut_out_m(self.clearance_m) * self.scale(&near.ring());
         // A thinned line lies up to the tolerance beside the chart's; the polygon around a circle reaches beyond the circle.
-        Outermost::new(near, &thinned, (closed_m - thinned_m - SLACK_M, cut_out_m(self.clearance_m)), cancel)
+        Outermost::new(near, &thinned, (closed_m - thinned_m - SLACK_M, most_m), cancel)
     }
 }
 
@@ -137,7 +146,8 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
         let wanted = |a: Point, b: Point| outermost.as_ref().is_none_or(|outermost| outermost.needs(a, b));
         for line in cut.lines {
             cancel.check()?;
-            brush.draw(&thin(line, thinned_m), (&near, &wanted), &mut contour, |contour| {
+            let scale = |a: Point, b: Point| cut.scale(&[a, b]);
+            brush.draw(&thin(line, thinned_m), (&near, &wanted, &scale), &mut contour, |contour| {
                 overlay.add_contour(contour, ShapeType::Clip);
                 waiting += contour.len();
             });
@@ -195,25 +205,25 @@ impl Brush {
         Self { radius_m, corners: (0..count).map(corner).collect() }
     }
 
-    /// Gives the hull of the brush over each side of a line, as far as the side lies in a region and is wanted.
+    /// Gives the hull of the brush, grown by a scale, over each side of a line, as far as the side lies in a region and is wanted.
     fn draw(
         &self,
         line: &[Point],
-        (near, wanted): (&Region, &dyn Fn(Point, Point) -> bool),
+        (near, wanted, scale): (&Region, &dyn Fn(Point, Point) -> bool, &dyn Fn(Point, Point) -> f64),
         contour: &mut Vec<IntPoint<i32>>,
         mut give: impl FnMut(&[IntPoint<i32>]),
     ) {
         let count = self.corners.len();
-        let at = |centre: Point, n: usize| {
+        let at = |centre: Point, scale: f64, n: usize| {
             let corner = self.corners[n % count];
-            on_grid(Point { x: centre.x + corner.x, y: centre.y + corner.y })
+            on_grid(Point { x: centre.x + scale * corner.x, y: centre.y + scale * corner.y })
         };
         if let [point] = line
             && near.clip(*point, *point).is_some()
             && wanted(*point, *point)
         {
             contour.clear();
-            contour.extend((0..count).map(|n| at(*point, n)));
+            contour.extend((0..count).map(|n| at(*point, scale(*point, *point), n)));
             give(contour);
         }
         for side in line.windows(2) {
@@ -224,8 +234,9 @@ impl Brush {
             let right = right.round().rem_euclid(count as f64) as usize;
             contour.clear();
             let half = count / 2;
-            contour.extend((0..=half).map(|n| at(b, right + n)));
-            contour.extend((half..=count).map(|n| at(a, right + n)));
+            let grown = scale(a, b);
+            contour.extend((0..=half).map(|n| at(b, grown, right + n)));
+            contour.extend((half..=count).map(|n| at(a, grown, right + n)));
             give(contour);
         }
     }

@@ -166,7 +166,7 @@ mod tests {
         let corner = |by_m: f64| Point { x: by_m, y: by_m };
         let region = Region { min: corner(-half_m), max: corner(half_m) };
         [None, Some(clearance_m)].map(|closed_m| {
-            cut_out(region, &[Cut { lines, clearance_m, closed_m }], &Cancel::never()).unwrap()
+            cut_out(region, &[Cut { lines, clearance_m, plane: None, closed_m }], &Cancel::never()).unwrap()
         })
     }
 

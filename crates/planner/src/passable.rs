@@ -48,6 +48,8 @@ pub struct Passable {
     pub by_rule_alone: bool,
     /// There is one outside the allowed zone or through forbidden ones: they alone are in the way.
     pub by_zones_alone: bool,
+    /// Smaller demands were not looked for: the charts around the ends are too much for that.
+    pub not_looked: bool,
 }
 
 /// A gap between what a way has to keep clear of.
@@ -83,7 +85,7 @@ impl<'a> Search<'a> {
         request: &'a Request,
         cancel: &'a Cancel<'a>,
     ) -> Option<Self> {
-        let ends = Question { room, index, request, cancel }.ends()?;
+        let ends = Question { room, index, request, wish: None, cancel }.ends()?;
         let asked = [request.from, request.to].map(|place| room.plane().point(place));
         let moved = ends.len() > 1 || ends[0] != asked;
         let (lines, wider_m) = room.closing_lines(index);
@@ -244,7 +246,7 @@ impl<'a> Search<'a> {
             let middle = self.room.plane().place(min.towards(max, 0.5));
             let halves_m = ((max.x - min.x) / 2.0, (max.y - min.y) / 2.0);
             let room = SeaRoom::around(index, (needs, zones), middle, halves_m, cancel)?;
-            match (Question { room: &room, index, request, cancel }).answer() {
+            match (Question { room: &room, index, request, wish: None, cancel }).answer() {
                 Ok(route) => return Ok(Some(route)),
                 Err(Refusal::Plan(error)) => return Err(error),
                 Err(_) => {}

@@ -10,7 +10,7 @@ use crate::region::Region;
 use crate::tile::Tiles;
 use crate::walls::Walls;
 use crate::zones::Zones;
-use charts::depth_index::{ClosingLine, DepthIndex, GeoBox};
+use charts::depth_index::{ChartTrust, ClosingLine, DepthIndex, GeoBox};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use units::LatLon;
@@ -261,6 +261,18 @@ impl SeaRoom {
             && self.clearance(from, to, self.cut_m + SLACK_M).is_none()
     }
 
+    /// How far around a point legs may lead and keep clear (m), `most_m` at most; 0 where it does not keep clear itself.
+    pub(crate) fn free_m(&self, at: Point, most_m: f64) -> f64 {
+        let off_m = self.cut_m + SLACK_M;
+        let barrier_m = self.clearance(at, at, most_m + off_m).map_or(most_m, |(clear_m, _)| clear_m - off_m);
+        let here = Bounds::of(&[at]);
+        let border_off_m = self.zones.margin_m() + SLACK_M;
+        let near =
+            self.borders.iter().filter(|side| Bounds::of(*side).distance_m(&here) <= most_m + border_off_m);
+        let border_m = near.map(|[a, b]| at.distance_m(at.nearest_on(*a, *b)) - border_off_m);
+        border_m.fold(barrier_m, f64::min).max(0.0)
+    }
+
     /// Whether a leg keeps to the zones: it begins where they allow it, and comes no nearer to a border than their margin.
     pub(crate) fn keeps_to_zones(&self, from: Point, to: Point) -> bool {
         self.zones.allow(self.plane.place(from)) && self.keeps_from_borders(from, to, self.zones.margin_m())
@@ -344,9 +356,12 @@ impl Cutter<'_> {
         let around = region.wider(2.0 * cut_m).ring();
         let scale = around.into_iter().map(|corner| plane.scale(corner)).fold(1.0, f64::max);
         let borders = zones.borders(plane);
+        // Lines are read by the least confidence of all charts, and legs are judged by that of the chart at their place: where
+        // depths are not trusted as charted, the two differ, and a hole in what is cut out may be open.
+        let closed_m = (needs.demand.trust == ChartTrust::AsCharted).then_some(reach_m);
         let cuts = [
-            Cut { lines: &lines, clearance_m: cut_m * scale, closed_m: Some(reach_m) },
-            Cut { lines: &borders, clearance_m: zones.margin_m() * scale, closed_m: None },
+            Cut { lines: &lines, clearance_m: cut_m, plane: Some(plane), closed_m },
+            Cut { lines: &borders, clearance_m: zones.margin_m(), plane: Some(plane), closed_m: None },
         ];
         Ok(Cutting { pieces: cut_out(region, &cuts, cancel)?, lines, cut_m, scale })
     }

@@ -43,6 +43,9 @@ impl Square {
 
 /// The place of a grid of so many metres that is nearest to the middle between two places.
 pub(crate) fn coarse_middle([from, to]: [LatLon; 2], step_m: f64) -> LatLon {
+    // The same both ways: the plane of one end gives another middle than that of the other.
+    let order = |place: &LatLon| (place.lat_rad().to_bits(), place.lon_rad().to_bits());
+    let [from, to] = if order(&to) < order(&from) { [to, from] } else { [from, to] };
     let plane = Plane::new(from);
     let middle = plane.place(plane.point(from).towards(plane.point(to), 0.5));
     let step_deg = step_m / 111_000.0;
@@ -102,7 +105,7 @@ impl Rooms {
         }
         let room = Arc::new(self.prepare(needs, &water, cancel)?);
         let mut kept = self.lock();
-        // Only now: a preparation that is called off takes nobody's place.
+        // Only now: a preparation that is called off pushes no other room out.
         while kept.len() >= self.most || !kept.is_empty() && bytes(&kept) + room.bytes() > MOST_BYTES {
             kept.remove(0);
         }

@@ -3,9 +3,11 @@
 use crate::Cancel;
 use crate::alternatives;
 use crate::needs::{Needs, NeedsError};
+use crate::objective::{LegCost, Objective};
 use crate::obstacles;
 use crate::plane::Point;
 use crate::room::{FAR_M, PlanError, SeaRoom};
+use crate::sailing::Wish;
 use crate::search::{self, Effort};
 use crate::tidy::tidy;
 use crate::turns::{self, Turn};
@@ -19,6 +21,8 @@ const MOST_HALVINGS: u32 = 7;
 /// Beyond the allowed distance, water is looked for so far, to say where it is (m).
 const LOOK_M: f64 = 50_000.0;
 
+/// So many other routes are weighed at least, beside the shortest one.
+const WEIGHED: usize = 3;
 /// Where smaller demands are looked for, so many places for each end are tried.
 const MOST_STANDS: usize = 2;
 /// Greatest turning radius that routes are planned for (m).
@@ -71,8 +75,14 @@ impl Request {
         NeedsError::of("longest route (m)", self.longest_m.unwrap_or(0.0), 0.0, MOST_LENGTH_M)
     }
 
-    /// The answer, if it is not longer than is of use.
+    /// The answer, if it is not longer than is of use; the shortest route in place of one that is.
     pub(crate) fn not_too_long(&self, mut route: Route) -> Result<Route, Refusal> {
+        if self.not_longer(route.length_m).is_err()
+            && let Some(mut shortest) = route.shortest.take()
+        {
+            shortest.alternatives = route.alternatives;
+            route = *shortest;
+        }
         route.alternatives.retain(|other| self.not_longer(other.length_m).is_ok());
         self.not_longer(route.length_m).map(|()| route)
     }
@@ -156,12 +166,25 @@ pub struct Route {
     /// Other routes between the same places, as far as they were asked for: the shortest of them first. A route by way of
     /// several places has none.
     pub alternatives: Vec<Route>,
+    /// The shortest route, where an [`Objective`](crate::Objective) chose another one.
+    pub shortest: Option<Box<Route>>,
+    /// The speed through the water that takes the least energy (m/s), where that was asked for; `None` for the asked speed.
+    pub through_water_mps: Option<f64>,
 }
 
 impl Route {
     /// This way and another that begins where it ends, as one.
     #[must_use]
-    pub fn then(mut self, next: Self) -> Self {
+    pub fn then(mut self, mut next: Self) -> Self {
+        let shortest = [self.shortest.take(), next.shortest.take()];
+        self.shortest = match shortest {
+            [None, None] => None,
+            [before, after] => {
+                let [before, after] = [(before, &self), (after, &next)]
+                    .map(|(shortest, route)| shortest.map_or_else(|| route.clone(), |shortest| *shortest));
+                Some(Box::new(Self { through_water_mps: None, ..before.then(after) }))
+            }
+        };
         self.length_m += next.length_m;
         self.legs.extend(next.legs);
         self.moved_goal = next.moved_goal;
@@ -185,9 +208,25 @@ impl Route {
             let turns = turns::judge(&legs, radius_m, index, needs, zones);
             self.legs.iter_mut().zip(turns).for_each(|(leg, turn)| leg.turn = turn);
         }
-        for other in &mut self.alternatives {
+        for other in self.alternatives.iter_mut().chain(self.shortest.as_deref_mut()) {
             other.judge_turns(request, index, needs, zones);
         }
+    }
+
+    /// The speed through the water that it is sailed at (m/s).
+    pub fn speed_mps(&self, objective: &Objective) -> f64 {
+        self.through_water_mps.unwrap_or(objective.through_water_mps)
+    }
+
+    /// What its legs take, one after the other from the time of departure.
+    pub fn reckon(&self, objective: &Objective) -> Vec<LegCost> {
+        let legs = self.legs.iter().map(|leg| (Leg { from: leg.from, to: leg.to }, leg.length_m));
+        objective.reckon(legs, self.speed_mps(objective))
+    }
+
+    /// Length of the shortest route (m): of this one, unless an objective chose another.
+    pub(crate) fn shortest_m(&self) -> f64 {
+        self.shortest.as_ref().map_or(self.length_m, |shortest| shortest.length_m)
     }
 
     /// Where it ends.
@@ -275,6 +314,17 @@ pub enum Refusal {
         /// Places on a way there that is deep enough, if one is known; a route by way of them has shorter stretches.
         by: Vec<LatLon>,
     },
+    /// Where no region holds the way, only the shortest is planned, and another objective was asked for.
+    #[error(
+        "start and goal are {straight_km:.0} km apart in detailed charts, where only the shortest route is planned; other objectives \
+         are planned up to {most_km:.0} km: ask for the shortest, or add places on the way"
+    )]
+    ShortestOnly {
+        /// The straight distance (km).
+        straight_km: f64,
+        /// The greatest one for an objective (km).
+        most_km: f64,
+    },
     /// A route is longer than one that is of use.
     #[error("a route there is {:.1} km long or more; it may have {:.1} km", .length_m / 1e3, .most_m / 1e3)]
     TooLong {
@@ -337,7 +387,7 @@ fn closed_text(
 
 /// An end in open water.
 #[derive(Debug, Clone, Copy)]
-struct Stand {
+pub(crate) struct Stand {
     at: Point,
     triangle: u32,
     moved: Option<Moved>,
@@ -348,6 +398,8 @@ pub(crate) struct Question<'a> {
     pub(crate) room: &'a SeaRoom,
     pub(crate) index: &'a DepthIndex,
     pub(crate) request: &'a Request,
+    /// What the route is good for; `None` for the shortest.
+    pub(crate) wish: Option<&'a Wish>,
     pub(crate) cancel: &'a Cancel<'a>,
 }
 
@@ -358,7 +410,11 @@ impl Question<'_> {
         let ends = [start, goal].map(|end| (mesh.within(end.triangle, end.at), end.triangle));
         let found = search::shortest(mesh, ends[0], ends[1], self.cancel)?;
         let Some((way, effort)) = found else { return Err(self.no_way(start)) };
-        let others = alternatives::others(mesh, ends, &way, self.request.alternatives, self.cancel)?;
+        let asked = self.request.alternatives;
+        let weighed = if self.wish.is_some() { asked.max(WEIGHED) } else { asked };
+        let others = alternatives::others(mesh, ends, &way, weighed, self.cancel)?;
+        let ways = || std::iter::once(&way).chain(others.iter().map(|other| &other.way)).cloned();
+        let ways: Vec<Vec<Point>> = if self.wish.is_some() { ways().collect() } else { Vec::new() };
         let mut route = self.confirmed(way, effort, (start, goal))?;
         for other in others {
             match self.confirmed(other.way, other.effort, (start, goal)) {
@@ -368,11 +424,15 @@ impl Question<'_> {
                 Err(refusal) => return Err(refusal),
             }
         }
+        if let Some(wish) = self.wish {
+            route = self.weighed(wish, &ways, route, (start, goal))?;
+            route.alternatives.truncate(asked);
+        }
         Ok(route)
     }
 
     /// A way in legs that a vessel can sail, each confirmed by the chart.
-    fn confirmed(
+    pub(crate) fn confirmed(
         &self,
         mut way: Vec<Point>,
         effort: Effort,
@@ -393,7 +453,6 @@ impl Question<'_> {
         let start_place = legs.first().map_or(self.room.plane().place(start.at), |leg: &RouteLeg| leg.from);
         let length_m = legs.iter().map(|leg| leg.length_m).sum();
         let (moved_start, moved_goal) = (start.moved, goal.moved);
-        let (of_part, alternatives) = (false, Vec::new());
         Ok(Route {
             legs,
             start: start_place,
@@ -401,8 +460,10 @@ impl Question<'_> {
             moved_start,
             moved_goal,
             effort,
-            of_part,
-            alternatives,
+            of_part: false,
+            alternatives: Vec::new(),
+            shortest: None,
+            through_water_mps: None,
         })
     }
 

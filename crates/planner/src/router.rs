@@ -3,11 +3,13 @@
 use crate::Cancel;
 use crate::known::Known;
 use crate::long::{Limits, Long};
-use crate::needs::Needs;
+use crate::needs::{Needs, NeedsError};
+use crate::objective::Objective;
 use crate::passable::{Passable, Search};
 use crate::room::{PlanError, SeaRoom};
 use crate::rooms::{Rooms, Square, Water};
 use crate::route::{Question, Refusal, Request, Route};
+use crate::sailing::Wish;
 use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, Leg};
 use std::sync::Arc;
@@ -51,6 +53,8 @@ pub struct Router {
     most_barriers: usize,
     most_tiles: usize,
     tile_m: f64,
+    /// What routes are good for; `None` for the shortest.
+    objective: Option<Arc<Objective>>,
     rooms: Rooms,
     known: Known,
 }
@@ -69,6 +73,7 @@ impl Router {
             most_barriers: MOST_BARRIERS,
             most_tiles: MOST_TILES,
             tile_m: TILE_M,
+            objective: None,
             rooms: Rooms::new(index),
             known: Known::default(),
         }
@@ -112,7 +117,26 @@ impl Router {
     /// For ways that keep to zones; it shares the water that is kept with this one.
     #[must_use]
     pub fn in_zones(&self, zones: Zones) -> Self {
-        Self { rooms: self.rooms.in_zones(zones), known: self.known.clone(), ..*self }
+        Self { rooms: self.rooms.in_zones(zones), ..self.shared() }
+    }
+
+    /// For the routes that an objective likes best; it shares the water that is kept with this one.
+    ///
+    /// They are looked for in the region that is prepared for the shortest route, and never cost more than that one; where
+    /// they are another one, [`Route::shortest`] has the shortest to compare with. How near they come to the best way is
+    /// said at `weighing`. Where no region holds the way, only the shortest is planned: [`Refusal::ShortestOnly`].
+    ///
+    /// # Errors
+    /// The first value of the objective that is out of range.
+    pub fn by_objective(&self, objective: Objective) -> Result<Self, NeedsError> {
+        objective.validate()?;
+        let objective = (!objective.is_shortest()).then(|| Arc::new(objective));
+        Ok(Self { objective, ..self.shared() })
+    }
+
+    fn shared(&self) -> Self {
+        let objective = self.objective.clone();
+        Self { objective, rooms: self.rooms.clone(), known: self.known.clone(), ..*self }
     }
 
     /// The chart.
@@ -140,20 +164,27 @@ impl Router {
     /// # Errors
     /// The reason that no route exists.
     pub fn route(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
-        let mut route = request.not_too_long(self.stretch(request, needs, cancel)?)?;
+        let mut route = request.not_too_long(self.stretch(request, (needs, None), cancel)?)?;
         route.judge_turns(request, &self.rooms.index, needs, &self.rooms.zones);
         Ok(route)
     }
 
-    /// A route whose turns are not judged yet.
-    fn stretch(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
+    /// A route whose turns are not judged yet, after the stretches before it.
+    fn stretch(
+        &self,
+        request: &Request,
+        (needs, before): (&Needs, Option<&Route>),
+        cancel: &Cancel<'_>,
+    ) -> Result<Route, Refusal> {
         needs.validate()?;
         request.validate()?;
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
         // Nothing is prepared for a way that is too long in any case: the farther the ends, the more memory that takes.
         request.not_longer(straight_m)?;
         match self.division {
-            Division::Whole => return self.ask(Water::Whole, request, needs, cancel).map(|(route, _)| route),
+            Division::Whole => {
+                return self.ask(&Water::Whole, request, (needs, before), cancel).map(|(route, _)| route);
+            }
             Division::Tiles => return self.long(request, needs, TILES_APART * self.tile_m, cancel),
             Division::Regions => {}
         }
@@ -167,20 +198,17 @@ impl Router {
         let mut looked_m = 0.0;
         for (turn, square) in squares([request.from, request.to], straight_m).enumerate() {
             if self.is_too_much(&square, needs) {
-                return match answer {
-                    _ if turn == 0 && self.most_tiles == 0 => too_far(self.apart_m(&square, needs)),
-                    _ if turn == 0 => self.long(request, needs, self.apart_m(&square, needs), cancel),
-                    Ok(route) => Ok(Route { of_part: true, ..route }),
-                    Err(Refusal::NoWay { nearest, gap_m }) => {
-                        Err(Refusal::Unknown { looked_km: looked_m / 1e3, nearest, gap_m })
-                    }
-                    other => other,
+                let apart_m = self.apart_m(&square, needs);
+                return match (turn, self.most_tiles) {
+                    (0, 0) => too_far(apart_m),
+                    (0, _) => self.long(request, needs, apart_m, cancel),
+                    _ => of_part(answer, looked_m),
                 };
             }
             looked_m = square.half_m - 0.5 * straight_m;
-            answer = match self.ask(Water::Square(square), request, needs, cancel) {
+            answer = match self.ask(&Water::Square(square), request, (needs, before), cancel) {
                 // No way that leaves the region can be shorter.
-                Ok((route, least_out_m)) if route.length_m <= least_out_m => return Ok(route),
+                Ok((route, least_out_m)) if route.shortest_m() <= least_out_m => return Ok(route),
                 Ok((route, _)) => Ok(route),
                 // There may be a way around, by water outside, unless an end lies in water that does not lead there.
                 Err(refusal @ Refusal::NoWay { .. }) => {
@@ -193,10 +221,10 @@ impl Router {
             };
             // A way stays within half its length of the middle between its ends, and the region's middle lies near that.
             if request.longest_m.is_some_and(|longest_m| square.half_m >= 0.6 * longest_m) {
-                break;
+                return answer;
             }
         }
-        answer
+        of_part(answer, looked_m)
     }
 
     /// The shortest way by way of all these places, in order; the request says what holds for each stretch.
@@ -219,7 +247,8 @@ impl Router {
             let from = whole.as_ref().map_or(from, Route::goal);
             // Of one stretch alone: those of several would have to be chosen for each of them.
             let alternatives = if places.len() > 2 { 0 } else { request.alternatives };
-            let next = self.stretch(&Request { from, to, alternatives, ..*request }, needs, cancel);
+            let request = Request { from, to, alternatives, ..*request };
+            let next = self.stretch(&request, (needs, whole.as_ref()), cancel);
             let next = next.map_err(|refusal| (stretch, refusal))?;
             whole = Some(match whole {
                 Some(before) => before.then(next),
@@ -247,7 +276,7 @@ impl Router {
         let water = self.smallest_water(request);
         if matches!(&water, Water::Square(square) if self.is_too_much(square, needs)) {
             // What parts the ends is looked for among all lines around them, and these are too many.
-            return Ok(Passable::default());
+            return Ok(Passable { not_looked: true, ..Passable::default() });
         }
         let room = self.rooms.room(needs, water, cancel)?;
         Search::new(&room, &self.rooms.index, request, cancel)
@@ -275,6 +304,10 @@ impl Router {
         apart_m: f64,
         cancel: &Cancel<'_>,
     ) -> Result<Route, Refusal> {
+        if self.objective.is_some() {
+            let straight_m = Leg { from: request.from, to: request.to }.length_m();
+            return Err(Refusal::ShortestOnly { straight_km: straight_m / 1e3, most_km: apart_m / 1e3 });
+        }
         let Self { tile_m, most_barriers, most_tiles, .. } = *self;
         let limits = Limits { tile_m, most_barriers, most_tiles, apart_m };
         Long::new((&self.rooms, &self.known), limits, request, needs, cancel).route()
@@ -288,7 +321,7 @@ impl Router {
         cancel: &Cancel<'_>,
     ) -> Result<bool, PlanError> {
         let room = self.rooms.room(needs, Water::Square(square), cancel)?;
-        Ok(Question { room: &room, index: &self.rooms.index, request, cancel }.is_enclosed())
+        Ok(Question { room: &room, index: &self.rooms.index, request, wish: None, cancel }.is_enclosed())
     }
 
     /// How many rooms are kept, and about how much memory they take with the doors of tiles (bytes).
@@ -305,15 +338,47 @@ impl Router {
 
     fn ask(
         &self,
-        water: Water,
+        water: &Water,
         request: &Request,
-        needs: &Needs,
+        (needs, before): (&Needs, Option<&Route>),
         cancel: &Cancel<'_>,
     ) -> Result<(Route, f64), Refusal> {
-        let room = self.rooms.room(needs, water, cancel)?;
-        let route = Question { room: &room, index: &self.rooms.index, request, cancel }.answer()?;
+        let room = self.rooms.room(needs, water.clone(), cancel)?;
+        let wish = self.wish(water, (needs, before), cancel)?;
+        let question =
+            Question { room: &room, index: &self.rooms.index, request, wish: wish.as_ref(), cancel };
+        let route = question.answer()?;
         let ends = [request.from, request.to].map(|place| room.plane().point(place));
         Ok((route, room.least_way_out_m(ends[0], ends[1])))
+    }
+
+    /// The objective of a stretch, with the water that it prefers.
+    fn wish(
+        &self,
+        water: &Water,
+        (needs, before): (&Needs, Option<&Route>),
+        cancel: &Cancel<'_>,
+    ) -> Result<Option<Wish>, PlanError> {
+        let Some(objective) = &self.objective else { return Ok(None) };
+        let preferred = objective.preferred(needs).into_iter().flatten();
+        let preferred = preferred.map(|needs| self.rooms.room(&needs, water.clone(), cancel));
+        let preferred = preferred.collect::<Result<_, _>>()?;
+        // Where the time is not known, as far as it is.
+        let taken = before.map_or_else(Vec::new, |before| before.reckon(objective));
+        let since_s = taken.iter().map_while(|leg| leg.duration_s).sum();
+        let pace_mps = before.and_then(|before| before.through_water_mps);
+        Ok(Some(Wish { objective: Arc::clone(objective), preferred, since_s, pace_mps }))
+    }
+}
+
+/// The answer of a region where water outside of it was not looked at, though that may hold another way.
+fn of_part(answer: Result<Route, Refusal>, looked_m: f64) -> Result<Route, Refusal> {
+    match answer {
+        Ok(route) => Ok(Route { of_part: true, ..route }),
+        Err(Refusal::NoWay { nearest, gap_m }) => {
+            Err(Refusal::Unknown { looked_km: looked_m / 1e3, nearest, gap_m })
+        }
+        Err(other) => Err(other),
     }
 }
 

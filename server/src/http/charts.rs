@@ -129,7 +129,8 @@ pub(crate) async fn route(
         return Err(ApiError::unavailable(text));
     }
     let limits = state.shore.charts.strict(state.shore.grounding.limits(&who, ask.vessel).await);
-    Ok(Json(state.shore.routing.route(set, ask, limits).await?))
+    let now = state.shore.clock.utc();
+    Ok(Json(state.shore.routing.route(set, ask, limits, now).await?))
 }
 
 fn there(state: &AppState) -> Result<Arc<Set>, ApiError> {

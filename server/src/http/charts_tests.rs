@@ -249,6 +249,77 @@ async fn a_current_changes_time_and_energy_and_one_that_is_too_strong_leaves_the
     assert!(status == StatusCode::BAD_REQUEST && body.contains("current"), "{body}");
 }
 
+/// Between the two ends a current to the east, which is strong in the south.
+fn stream() -> Value {
+    let (lats, lons): (Vec<f64>, Vec<f64>) =
+        ((0..9).map(|n| 63.43 + 0.004 * f64::from(n)).collect(), vec![10.29, 10.37]);
+    let east: Vec<f64> = lats.iter().flat_map(|lat| [if *lat < 63.445 { 1.2 } else { 0.1 }; 2]).collect();
+    let north = vec![0.0; east.len()];
+    json!({"times_us": [0], "lats_deg": lats, "lons_deg": lons, "east_mps": east, "north_mps": north})
+}
+
+#[tokio::test]
+async fn a_route_by_an_objective_stands_beside_the_shortest_and_costs_no_more() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let ask = |more: Value| {
+        let mut ask = json!({"points": [[63.4455, 10.352], [63.4455, 10.314]]});
+        ask.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        ask
+    };
+    let found = |body: String| serde_json::from_str::<SeaRouteAnswer>(&body).unwrap();
+    let plain = found(route(&shore, &token, &ask(json!({}))).await.1);
+    let (shortest, none) = (plain.route.unwrap(), plain.shortest);
+    assert!(none.is_none() && shortest.speed_mps == 1.5 && shortest.current_unknown_m == 0.0);
+    // The least energy goes slower, by the model's curve.
+    let thrifty =
+        found(route(&shore, &token, &ask(json!({"objective": "least_energy"}))).await.1).route.unwrap();
+    assert!((0.45..1.0).contains(&thrifty.speed_mps), "{}", thrifty.speed_mps);
+    assert!(thrifty.energy_wh.unwrap() < 0.6 * shortest.energy_wh.unwrap());
+    assert!((thrifty.duration_s.unwrap() - thrifty.length_m / thrifty.speed_mps).abs() < 1.0);
+    // Against a stream that is strong in the south the fastest way keeps north.
+    let fastest = ask(json!({"objective": "fastest", "current_grid": stream()}));
+    let fastest = found(route(&shore, &token, &fastest).await.1);
+    let (best, direct) = (fastest.route.unwrap(), fastest.shortest.expect("another one than the shortest"));
+    assert!(best.guarded && best.length_m > direct.length_m);
+    match (best.duration_s, direct.duration_s) {
+        (Some(best_s), direct_s) => assert!(direct_s.is_none_or(|direct_s| best_s < direct_s)),
+        (None, direct_s) => panic!("{direct_s:?}"),
+    }
+    // Deeper water, and distance.
+    let deeper = ask(json!({"prefer_depth_m": 20, "prefer_off_m": 60, "prefer_factor": 10}));
+    let deeper = found(route(&shore, &token, &deeper).await.1);
+    assert!(deeper.route.unwrap().length_m > deeper.shortest.expect("the shortest too").length_m);
+    // Beyond the grid nothing is known, and so no time.
+    let mut far = stream();
+    far["lons_deg"] = json!([11.0, 11.1]);
+    let unknown = found(route(&shore, &token, &ask(json!({"current_grid": far}))).await.1).route.unwrap();
+    assert!(unknown.duration_s.is_none() && unknown.energy_wh.is_none());
+    assert!((unknown.current_unknown_m - unknown.length_m).abs() < 1e-6);
+    // A speed limit counts for the time.
+    let all = json!([[63.4, 10.2], [63.5, 10.2], [63.5, 10.5], [63.4, 10.5]]);
+    let slow = ask(json!({"zones": [{"kind": "limit", "corners": all, "most_mps": 1.0}]}));
+    let slow = found(route(&shore, &token, &slow).await.1).route.unwrap();
+    assert!((slow.duration_s.unwrap() - slow.length_m).abs() < 1.0 && slow.length_m == shortest.length_m);
+    let mut wrong = stream();
+    wrong["east_mps"] = json!([0.1]);
+    for (bad, why) in [
+        (json!({"objective": "cheapest"}), "cheapest"),
+        (json!({"prefer_depth_m": -1}), "preferred depth"),
+        (json!({"prefer_factor": 0.5}), "factor of preferences"),
+        (json!({"current_grid": wrong}), "current_grid: to the east: there are 1 values"),
+        (json!({"current_grid": stream(), "current": {"set_deg": 0, "drift_mps": 1}}), "not both"),
+        (json!({"zones": [{"kind": "limit", "corners": all}]}), "zones[0]: most_mps is missing"),
+        (
+            json!({"zones": [{"kind": "avoid", "corners": all, "most_mps": 1}]}),
+            "zones[0]: most_mps is of areas",
+        ),
+    ] {
+        let (status, body) = route(&shore, &token, &ask(bad)).await;
+        assert!(status.is_client_error() && body.contains(why), "{status} {body}");
+    }
+}
+
 #[tokio::test]
 async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
     let shore = Shore::with(archipelago).await;

@@ -141,6 +141,35 @@ fn routes_are_planned_by_the_command_line() {
     let wrong = plan_route(&data, &[&ends[..], &["--out", "route.kml"]].concat());
     assert!(String::from_utf8_lossy(&wrong.stderr).contains(".geojson, .gpx or .json"));
 
+    let field = folder.path().join("tide.csv");
+    let mut tide = "time,lat,lon,east_mps,north_mps\n".to_owned();
+    for (lat, east_mps) in [(63.43, 1.2), (63.444, 1.2), (63.446, 0.1), (63.47, 0.1)] {
+        for lon in [10.29, 10.37] {
+            tide += &format!("2026-11-21T06:00:00Z,{lat},{lon},{east_mps},0\n");
+        }
+    }
+    std::fs::write(&field, &tide).unwrap();
+    let weighed = |more: &[&str]| {
+        let output = plan_route(&data, &[&ends[..], more].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()
+    };
+    let tide = ["--current-field", field.to_str().unwrap(), "--depart", "2026-11-21T06:00Z", "--json"];
+    let fastest = weighed(&[&["--objective", "fastest"], &tide[..]].concat());
+    assert!(fastest["duration_s"].as_f64().unwrap() > 0.0, "{fastest}");
+    assert!(fastest["length_m"].as_f64() > fastest["shortest"]["length_m"].as_f64(), "{fastest}");
+    let thrifty = weighed(&["--objective", "least-energy", "--json"]);
+    assert!(thrifty["speed_mps"].as_f64().unwrap() < 1.0 && thrifty["shortest"].is_null(), "{thrifty}");
+    let words = plan_route(&data, &[&ends[..], &["--prefer-depth", "20", "--prefer-factor", "10"]].concat());
+    let words = String::from_utf8(words.stdout).unwrap();
+    assert!(words.contains("the shortest route, ") && words.contains(" m shorter:"), "{words}");
+    std::fs::write(&field, "time,lat,lon,east_mps,north_mps\nnow,63,10,0,0\n").unwrap();
+    let refused = plan_route(&data, &[&ends[..], &tide[..]].concat());
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("line 2: time: now is not a time"),
+        "{refused:?}"
+    );
+
     let pairs = folder.path().join("pairs.jsonl");
     let lines = [
         r#"{"id": 1, "from": [63.4455, 10.352], "to": [63.4455, 10.314], "min_depth": 5, "clearance": 20}"#,

@@ -1,4 +1,4 @@
-//! Who plans next.
+//! The order in which routes are planned.
 //!
 //! Few routes are planned at once, and a bounded number waits. A long way over detailed charts can take tens of seconds the first
 //! time: one of these is planned at a time, so that one turn at least is always for the others.
@@ -13,11 +13,14 @@ const AT_ONCE: usize = 2;
 const LONG_AT_ONCE: usize = 1;
 /// So many more requests may wait; further ones are refused and may be sent again.
 const MOST_WAITING: usize = 64;
+/// So many of these may be long ways: they wait for each other, and leave places to the others.
+const MOST_LONG_WAITING: usize = 4;
 
 /// The turns of all requests; clones share them.
 #[derive(Clone)]
 pub(super) struct Turns {
     places: Arc<Semaphore>,
+    long_places: Arc<Semaphore>,
     long: Arc<Semaphore>,
     working: Arc<Semaphore>,
 }
@@ -25,14 +28,19 @@ pub(super) struct Turns {
 /// A turn, until it is dropped.
 pub(super) struct Taken {
     _place: OwnedSemaphorePermit,
-    _long: Option<OwnedSemaphorePermit>,
+    _long: Option<[OwnedSemaphorePermit; 2]>,
     _working: OwnedSemaphorePermit,
 }
 
 impl Default for Turns {
     fn default() -> Self {
         let of = |count: usize| Arc::new(Semaphore::new(count));
-        Self { places: of(AT_ONCE + MOST_WAITING), long: of(LONG_AT_ONCE), working: of(AT_ONCE) }
+        Self {
+            places: of(AT_ONCE + MOST_WAITING),
+            long_places: of(LONG_AT_ONCE + MOST_LONG_WAITING),
+            long: of(LONG_AT_ONCE),
+            working: of(AT_ONCE),
+        }
     }
 }
 
@@ -44,9 +52,10 @@ impl Turns {
     pub(super) async fn take(&self, is_long: bool) -> Result<Taken> {
         let busy =
             || Error::new(ErrorKind::Busy, "Too many routes are being planned; try again in a moment.");
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| busy())?;
+        let place = |of: &Arc<Semaphore>| Arc::clone(of).try_acquire_owned().map_err(|_| busy());
         // First of the long ones: one that waits for another takes no turn from the others.
-        let long = if is_long { Some(acquire(&self.long).await?) } else { None };
+        let long = if is_long { Some([place(&self.long_places)?, acquire(&self.long).await?]) } else { None };
+        let place = place(&self.places)?;
         Ok(Taken { _place: place, _long: long, _working: acquire(&self.working).await? })
     }
 }
@@ -83,6 +92,19 @@ mod tests {
         drop(long);
         let long = at_once(other_long.as_mut()).unwrap();
         drop((short, long));
+    }
+
+    #[test]
+    fn long_ways_that_wait_leave_places_to_the_others() {
+        let turns = Turns::default();
+        let _long = at_once(pin!(turns.take(true))).unwrap();
+        let mut waiting: Vec<_> = (0..MOST_LONG_WAITING).map(|_| Box::pin(turns.take(true))).collect();
+        assert!(waiting.iter_mut().all(|wait| at_once(wait.as_mut()).is_none()));
+        for _ in 0..AT_ONCE + MOST_WAITING {
+            let refused = pin!(turns.take(true)).poll(&mut Context::from_waker(Waker::noop()));
+            assert!(matches!(refused, Poll::Ready(Err(_))), "further long ones are refused");
+        }
+        assert!(at_once(pin!(turns.take(false))).is_some(), "a short one still has a place");
     }
 
     #[test]

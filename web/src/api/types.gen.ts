@@ -3778,12 +3778,20 @@ legs: Array<SeaRouteLeg>,
  */
 length_m: number, 
 /**
- * How long it takes at the speed through the water (s); null where the current is too strong.
+ * The speed through the water that time and energy are reckoned with (m/s).
+ */
+speed_mps: number, 
+/**
+ * Length on which the current is not known (m): beyond the grid, or its times. Time and energy are null then.
+ */
+current_unknown_m: number, 
+/**
+ * How long it takes at the speed through the water (s); null where the current is too strong or not known.
  */
 duration_s: number | null, 
 /**
- * Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong, and at speeds that
- * the model does not know.
+ * Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong or not known, and at
+ * speeds that the model does not know.
  */
 energy_wh: number | null, 
 /**
@@ -3826,6 +3834,10 @@ asked_clearance_m: number,
  */
 route: SeaRoute | null, 
 /**
+ * The shortest route, to compare with; null where the route is the shortest one itself.
+ */
+shortest: SeaRoute | null, 
+/**
  * Other routes, as far as they were asked for and differ from this one and each other: the shortest first.
  */
 alternatives: Array<SeaRoute>, 
@@ -3861,18 +3873,45 @@ clearance_m: number | null,
  */
 turn_radius_m: number | null, 
 /**
- * Speed through the water that time and energy are reckoned with (m/s); null for 1.5.
+ * What the route is good for.
+ */
+objective: SeaRouteObjective, 
+/**
+ * Water charted shallower than this (m) costs more, so that a route keeps to deeper water where that is worth the way;
+ * null for no such preference.
+ */
+prefer_depth_m: number | null, 
+/**
+ * Water nearer than this (m), 0 to 2000, to land, dangers and water that is not deep enough costs more; null for no such
+ * preference.
+ */
+prefer_off_m: number | null, 
+/**
+ * How many times as much such water costs, 1 to 100; null for 3. In water that is both, the two surcharges add.
+ */
+prefer_factor: number | null, 
+/**
+ * Speed through the water that time and energy are reckoned with (m/s); null for 1.5. For the least energy the greatest
+ * one.
  */
 speed_mps: number | null, 
 /**
- * Areas to avoid, or to stay within; up to 50, of which one may be to stay within, with 1000 corners and 2000 km of
- * borders in all.
+ * Areas to avoid, to stay within, or with a speed limit; up to 50, of which one may be to stay within, with 1000 corners
+ * and 2000 km of borders in all.
  */
 zones: Array<SeaRouteZone>, 
 /**
  * The current that time and energy are reckoned in; null for none.
  */
 current: SeaRouteCurrent | null, 
+/**
+ * A current that changes from place to place, in place of a steady one; null for none.
+ */
+current_grid: SeaRouteCurrentGrid | null, 
+/**
+ * When the route begins, µs since 1970 UTC: which of the grid's times count. Null for now.
+ */
+depart_us: number | null, 
 /**
  * How many other routes to look for, 0 to 3, that pass islands and shoals on the other side; they are not looked for
  * where there are places to pass.
@@ -3892,9 +3931,13 @@ kind: SeaRouteZoneKind,
 /**
  * Latitude and longitude (°) of its corners, 3 to 200; the last joins the first, and its sides do not cross.
  */
-corners: Array<[number, number]>, };
+corners: Array<[number, number]>, 
+/**
+ * Greatest speed through the water (m/s) in an area of the kind `limit`; null in others.
+ */
+most_mps: number | null, };
 
-export type SeaRouteZoneKind = "avoid" | "within";
+export type SeaRouteZoneKind = "avoid" | "within" | "limit";
 
 export type SeaRouteCurrent = { 
 /**
@@ -3906,6 +3949,30 @@ set_deg: number,
  */
 drift_mps: number, };
 
+export type SeaRouteCurrentGrid = { 
+/**
+ * Times, rising, µs since 1970 UTC.
+ */
+times_us: Array<number>, 
+/**
+ * Latitudes (°), rising, two or more.
+ */
+lats_deg: Array<number>, 
+/**
+ * Longitudes (°), rising, two or more; also beyond 180.
+ */
+lons_deg: Array<number>, 
+/**
+ * Current to the true east (m/s) by time, then latitude, then longitude, 100000 values at most; null where not known.
+ */
+east_mps: Array<number | null>, 
+/**
+ * Current to the true north (m/s), as to the east.
+ */
+north_mps: Array<number | null>, };
+
+export type SeaRouteObjective = "shortest" | "fastest" | "least_energy";
+
 export type SeaRouteLeg = { 
 /**
  * Length (m).
@@ -3916,11 +3983,11 @@ length_m: number,
  */
 course_deg: number, 
 /**
- * How long it takes (s); null where the current is too strong.
+ * How long it takes (s); null where the current is too strong or not known.
  */
 duration_s: number | null, 
 /**
- * Energy from the battery (Wh); null where the current is too strong.
+ * Energy from the battery (Wh); null where the current is too strong or not known.
  */
 energy_wh: number | null, 
 /**
@@ -4001,8 +4068,8 @@ by_zones_alone: boolean, };
 
 export type SeaRouteRefusal = { 
 /**
- * For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`, `not_confirmed` or
- * `failed`.
+ * For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`,
+ * `shortest_only` (another objective than the shortest, in water too detailed for that), `not_confirmed` or `failed`.
  */
 code: string, 
 /**
@@ -4034,7 +4101,7 @@ apart_m: [number, number] | null,
  */
 looked_m: number | null, 
 /**
- * Where start and goal are too far apart: places on a way between them, if one is known. A route by way of them can be planned.
+ * Where start and goal are too far apart: places on a way between them, if one is known. Routes by way of them have shorter stretches.
  */
 by: Array<[number, number]>, 
 /**

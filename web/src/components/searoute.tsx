@@ -1,10 +1,12 @@
 // The panel of a route on the sea chart: what is asked of the water, what came of it, and what to do with it.
 
 import type { Signal } from "@preact/signals";
-import type { PlanPlace, SeaRoute, SeaRouteAnswer, SeaRoutePassable } from "../api/types.gen";
+import type { PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteObjective, SeaRoutePassable } from "../api/types.gen";
 import { hasRoom } from "../state/avoided";
-import { energyOf, remarks, routeName, routesOf, routeText } from "../state/searoute";
+import { energyOf, remarks, routeName, routesOf, routeText, savedText } from "../state/searoute";
+import { timeWrong } from "../state/takeout";
 import { t } from "../words/words";
+import { WhenField } from "./when";
 
 export interface SeaRouteModel {
   readonly open: Signal<boolean>;
@@ -12,6 +14,18 @@ export interface SeaRouteModel {
   readonly chosen: Signal<number>;
   readonly depth: Signal<number>;
   readonly clearance: Signal<number>;
+  /** What the route is good for. */
+  readonly objective: Signal<SeaRouteObjective>;
+  /** Water deeper than this is preferred, m; 0 for no preference. */
+  readonly deeper: Signal<number>;
+  /** Where the current flows to (°) and how fast (m/s); 0 for still water. */
+  readonly set: Signal<number>;
+  readonly drift: Signal<number>;
+  /** A grid of currents, in place of a steady one, and the name of its file. */
+  readonly grid: Signal<SeaRouteCurrentGrid | undefined>;
+  readonly gridName: Signal<string>;
+  /** When the route begins, as it was typed; empty for now. */
+  readonly depart: Signal<string>;
   readonly answer: Signal<SeaRouteAnswer | undefined>;
   /** Which of its routes is chosen. */
   readonly way: Signal<number>;
@@ -27,6 +41,10 @@ export interface SeaRouteModel {
 
 export interface SeaRouteActions {
   ask(): void;
+  aim(objective: SeaRouteObjective): void;
+  /** Reads a grid of currents; undefined for no grid. */
+  currents(file: File | undefined): void;
+  depart(text: string): void;
   explain(): void;
   take(): void;
   choose(way: number): void;
@@ -56,8 +74,12 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       <p class="dim">{hint(chosen.value, around.value !== "")}</p>
       <Wanted label={t("Least depth")} id="sea-route-depth" unit="m" value={model.depth} most={30} limit={20_000} step={0.5} then={act.ask} />
       <Wanted label={t("Keep clear by")} id="sea-route-clearance" unit="m" value={model.clearance} most={300} limit={500} step={1} then={act.ask} />
+      <Aims model={model} act={act} />
+      <Wanted label={t("Prefer deeper than (0: no preference)")} id="sea-route-deeper" unit="m" value={model.deeper} most={100} limit={12_000} step={1} then={act.ask} />
+      <Currents model={model} act={act} />
       <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : model.busy.value ? t("Planning …") : ""}</p>
-      <Ways routes={routes} way={model.way} act={act} />
+      <Ways answer={answer.value} model={model} act={act} />
+      {answer.value && savedText(answer.value) && <p class="note num">{savedText(answer.value)}</p>}
       {answer.value && remarks({ route, refusal: answer.value.refusal }).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
       {route && energyOf(route) && <p class="note num">{energyOf(route)}</p>}
       {trouble.value && <p class="note bad" role="alert">{trouble.value}</p>}
@@ -83,16 +105,56 @@ function then(act: () => void, group: string): () => void {
   };
 }
 
-/** The shortest route and those on the other side of islands, to choose from. */
-function Ways({ routes, way, act }: { readonly routes: readonly SeaRoute[]; readonly way: Signal<number>; readonly act: SeaRouteActions }) {
-  const shortest = routes[0];
-  if (!shortest || routes.length < 2) return null;
+/** What the route is to be good for. */
+function Aims({ model, act }: { readonly model: SeaRouteModel; readonly act: SeaRouteActions }) {
+  const aims: readonly (readonly [SeaRouteObjective, string])[] = [["shortest", t("Shortest")], ["fastest", t("Fastest")], ["least_energy", t("Least energy")]];
+  return (
+    <div class="field">
+      <label for="sea-route-aim">{t("Best route")}</label>
+      <select id="sea-route-aim" value={model.objective.value} onChange={(event) => act.aim(aims[event.currentTarget.selectedIndex]?.[0] ?? "shortest")}>
+        {aims.map(([aim, name]) => <option key={aim} value={aim}>{name}</option>)}
+      </select>
+    </div>
+  );
+}
+
+/** The current: steady, or by a file with times. */
+function Currents({ model, act }: { readonly model: SeaRouteModel; readonly act: SeaRouteActions }) {
+  const file = (input: HTMLInputElement): void => {
+    if (input.files?.[0]) act.currents(input.files[0]);
+    // The same file can be chosen again after it was mended.
+    input.value = "";
+  };
+  if (!model.grid.value) {
+    return (
+      <>
+        <Wanted label={t("Current (0: still water)")} id="sea-route-drift" unit="m/s" value={model.drift} most={2} limit={10} step={0.1} then={act.ask} />
+        {model.drift.value > 0 && <Wanted label={t("The current flows to")} id="sea-route-set" unit="°" value={model.set} most={360} limit={360} step={5} then={act.ask} />}
+        <p class="row"><label class="button">{t("Current from a CSV file …")}<input class="hidden" type="file" accept=".csv,text/csv" onChange={(event) => file(event.currentTarget)} /></label></p>
+      </>
+    );
+  }
+  const wrong = timeWrong(model.depart.value);
+  return (
+    <div class="field">
+      <p class="row">{model.gridName.value} <button type="button" onClick={then(() => act.currents(undefined), "sea-route-vias")}>{t("Without this current")}</button></p>
+      <label for="sea-route-depart">{t("Departure (UTC), empty for now")}</label>
+      <WhenField marks={{ id: "sea-route-depart", "aria-invalid": wrong !== "", "aria-describedby": "sea-route-depart-wrong" }} value={model.depart.value} changed={act.depart} />
+      <p id="sea-route-depart-wrong" class="note bad">{wrong}</p>
+    </div>
+  );
+}
+
+/** The route that was asked for, the shortest one, and those on the other side of islands, to choose from. */
+function Ways({ answer, model: { way, objective }, act }: { readonly answer: SeaRouteAnswer | undefined; readonly model: SeaRouteModel; readonly act: SeaRouteActions }) {
+  const routes: readonly SeaRoute[] = routesOf(answer);
+  if (!answer || routes.length < 2) return null;
   return (
     <fieldset class="ways">
       <legend>{t("Routes to choose from")}</legend>
       {routes.map((route, index) => (
         <label key={index} class="num">
-          <input type="radio" name="sea-route-way" checked={way.value === index} onChange={() => act.choose(index)} /> {routeName(route, index, shortest)}
+          <input type="radio" name="sea-route-way" checked={way.value === index} onChange={() => act.choose(index)} /> {routeName(route, index, answer, objective.value)}
         </label>
       ))}
     </fieldset>

@@ -4,12 +4,14 @@
 import { signal } from "@preact/signals";
 import { h } from "preact";
 import { postJson, reason } from "../api/http";
-import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteRequest } from "../api/types.gen";
+import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteObjective, SeaRouteRequest } from "../api/types.gen";
 import { SeaRoutePanel, type SeaRouteModel } from "../components/searoute";
 import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
-import { type Around, placesOfRoute, routesOf, stretchAt, withRoute, withWayAround } from "../state/searoute";
+import { type Around, placesOfRoute, routesOf, speedFor, stretchAt, withRoute, withWayAround } from "../state/searoute";
+import { type CurrentsOfFile, currentsOfCsv, MOST_BYTES } from "../state/currents";
+import { isTime, pickedUs } from "../state/takeout";
 import { type Area, crosses, hasRoom, keepAreas, keptAreas, zonesOf } from "../state/avoided";
 import { same } from "../state/plan";
 import { t } from "../words/words";
@@ -40,7 +42,7 @@ export class SeaRouteTool {
   private chosen: PlanPlace[] = [];
   private around: Around | undefined;
   private readonly onMap: SeaRouteOnMap;
-  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), set: signal(0), drift: signal(0), grid: signal(undefined), gridName: signal(""), depart: signal(""), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
   /** A place is under the hand. */
   private dragging = false;
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
@@ -56,6 +58,15 @@ export class SeaRouteTool {
     });
     const act = {
       ask: () => this.anew(),
+      aim: (objective: SeaRouteObjective) => {
+        this.model.objective.value = objective;
+        this.anew();
+      },
+      currents: (file: File | undefined) => void this.currents(file),
+      depart: (text: string) => {
+        this.model.depart.value = text;
+        if (text === "" || isTime(text)) this.anew();
+      },
       explain: () => void this.explain(),
       take: () => this.take(),
       choose: (way: number) => this.choose(way),
@@ -197,17 +208,35 @@ export class SeaRouteTool {
     this.anew();
   }
 
+  private async currents(file: File | undefined): Promise<void> {
+    const { grid, gridName, trouble } = this.model;
+    const tooLarge = { wrong: t("The file is larger than {most} MB: take out what is not needed.", { most: MOST_BYTES / 2 ** 20 }) };
+    const read: CurrentsOfFile = !file ? { wrong: "" } : file.size > MOST_BYTES ? tooLarge : currentsOfCsv(await file.text());
+    trouble.value = read.wrong;
+    if (read.wrong) return;
+    [grid.value, gridName.value] = [read.grid, file?.name ?? ""];
+    this.anew();
+  }
+
   private question(explain: boolean): SeaRouteRequest {
     const { editing } = this.needs;
+    const { set, drift, depart } = this.model;
+    const grid = this.model.grid.value;
     return {
       points: this.chosen.map(({ lat_deg, lon_deg }) => [lat_deg, lon_deg]),
       vessel: editing.plan.vessel,
       least_depth_m: this.model.depth.value,
       clearance_m: this.model.clearance.value,
       turn_radius_m: null,
+      objective: this.model.objective.value,
+      prefer_depth_m: this.model.deeper.value > this.model.depth.value ? this.model.deeper.value : null,
+      prefer_off_m: null,
+      prefer_factor: null,
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
       zones: zonesOf(this.model.avoid.value),
-      current: null,
+      current: !grid && drift.value > 0 ? { set_deg: set.value, drift_mps: drift.value } : null,
+      current_grid: grid ?? null,
+      depart_us: grid && isTime(depart.value) ? pickedUs(depart.value) : null,
       // Under the hand the one route is asked for, as often as can be; with places to pass a person has chosen already.
       alternatives: this.dragging || this.chosen.length > 2 ? 0 : ALTERNATIVES,
       explain,
@@ -280,7 +309,7 @@ export class SeaRouteTool {
     const route = this.chosenRoute();
     if (!route) return;
     const { editing } = this.needs;
-    const next: PlanDocument = this.around ? withWayAround(editing.plan, route, this.around) : withRoute(editing.plan, route, editing.speed, editing.selected?.step);
+    const next: PlanDocument = this.around ? withWayAround(editing.plan, route, this.around) : withRoute(editing.plan, route, speedFor(route, editing.speed), editing.selected?.step);
     this.close();
     editing.change(next);
   }

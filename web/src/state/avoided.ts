@@ -54,7 +54,7 @@ function turn(a: PlanPlace, b: PlanPlace, c: PlanPlace): number {
 }
 
 export function zonesOf(areas: readonly Area[]): SeaRouteZone[] {
-  return areas.map((corners) => ({ kind: "avoid", corners: corners.map(({ lat_deg, lon_deg }) => [lat_deg, lon_deg]) }));
+  return areas.map((corners) => ({ kind: "avoid", corners: corners.map(({ lat_deg, lon_deg }) => [lat_deg, lon_deg]), most_mps: null }));
 }
 
 function isArea(value: unknown): value is Area {

@@ -1,7 +1,7 @@
 // A route on the sea chart between places that a person chose: what is asked, in what words it is answered, and how it
 // becomes part of a plan. No page in it.
 
-import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal } from "../api/types.gen";
+import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal } from "../api/types.gen";
 import { t } from "../words/words";
 import { depthText } from "./chart";
 import { KINDS } from "./plan";
@@ -24,34 +24,66 @@ export function placesOfRoute(route: SeaRoute): PlanPlace[] {
   return route.points.map(([lat_deg, lon_deg]) => ({ lat_deg, lon_deg }));
 }
 
-/** All routes of an answer: the shortest, then those that pass islands and shoals on the other side. */
+/** All routes of an answer: the one that was asked for, the shortest, then those that pass islands and shoals on the other side. */
 export function routesOf(answer: SeaRouteAnswer | undefined): SeaRoute[] {
-  return answer?.route ? [answer.route, ...answer.alternatives] : [];
+  return answer?.route ? [answer.route, ...(answer.shortest ? [answer.shortest] : []), ...answer.alternatives] : [];
 }
 
-/** What a route is called among others. */
-export function routeName(route: SeaRoute, index: number, shortest: SeaRoute): string {
-  const longer = Math.round(route.length_m - shortest.length_m);
-  const name = index === 0 ? t("Shortest") : t("{n}: {length} longer", { n: index + 1, length: lengthOf(longer) });
-  return `${name} · ${routeText(route)}`;
+/** What a route is called among those of an answer to a question for an objective. */
+export function routeName(route: SeaRoute, index: number, { shortest, route: best }: Pick<SeaRouteAnswer, "route" | "shortest">, objective: SeaRouteObjective): string {
+  const least = shortest ?? best;
+  const isShortest = route === least;
+  const longer = Math.round(route.length_m - (least?.length_m ?? 0));
+  const chosen = index === 0 && !isShortest;
+  const more = t("{n}: {length} longer", { n: index + 1, length: lengthOf(longer) });
+  const name = isShortest ? t("Shortest") : chosen ? t("{name}, {length} longer", { name: chosenName(objective), length: lengthOf(longer) }) : more;
+  const energy = shortest && route.energy_wh !== null ? ` · ${Math.round(route.energy_wh)} Wh` : "";
+  return `${name} · ${routeText(route)}${energy}`;
+}
+
+function chosenName(objective: SeaRouteObjective): string {
+  return { shortest: t("In deeper water"), fastest: t("Fastest"), least_energy: t("Least energy") }[objective];
+}
+
+/** What the chosen route saves against the shortest one, in words; empty where it is the shortest itself. */
+export function savedText({ route, shortest }: Pick<SeaRouteAnswer, "route" | "shortest">): string {
+  if (!route || !shortest) return "";
+  const part = (words: (share: number) => string, now: number | null, before: number | null): string[] => {
+    if (now === null || before === null || before <= 0) return [];
+    const percent = Math.round(100 * (now / before - 1));
+    return percent === 0 ? [] : [words(percent)];
+  };
+  const signed = (percent: number): string => `${percent > 0 ? "+" : "−"}${Math.abs(percent)} %`;
+  const parts = [
+    ...part((percent) => t("length {change}", { change: signed(percent) }), route.length_m, shortest.length_m),
+    ...part((percent) => t("time {change}", { change: signed(percent) }), route.duration_s, shortest.duration_s),
+    ...part((percent) => t("energy {change}", { change: signed(percent) }), route.energy_wh, shortest.energy_wh),
+  ];
+  return parts.length ? t("Against the shortest route: {changes}.", { changes: parts.join(", ") }) : "";
+}
+
+/** The speed of a plan along a route: the route's, where that is slower to save energy. */
+export function speedFor(route: Pick<SeaRoute, "speed_mps">, speed: PlanSpeed): PlanSpeed {
+  const slower = speed.unit === "mps" && route.speed_mps < speed.value - 1e-6;
+  return slower ? { value: Math.round(100 * route.speed_mps) / 100, unit: "mps" } : speed;
 }
 
 /** Length, time, and what there is around it, in a line. */
 export function routeText(route: SeaRoute): string {
   const depth = route.least_depth_m === null ? "" : ` · ${t("least depth {depth} m", { depth: route.least_depth_m.toFixed(1) })}`;
   const clear = ` · ${route.least_clearance_m === null ? t("clear by more than 5 km") : t("clear by {distance} m", { distance: Math.floor(route.least_clearance_m) })}`;
-  return `${lengthOf(route.length_m)} · ${timeOf(route.duration_s)}${depth}${clear}`;
+  return `${lengthOf(route.length_m)} · ${timeOf(route)}${depth}${clear}`;
 }
 
-function timeOf(duration_s: number | null): string {
-  if (duration_s === null) return t("the current is too strong");
+function timeOf({ duration_s, current_unknown_m }: SeaRoute): string {
+  if (duration_s === null) return current_unknown_m > 0 ? t("the current is not known everywhere") : t("the current is too strong");
   const minutes = Math.max(1, Math.round(duration_s / 60));
   return minutes < 90 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 
 /** What it takes from the batteries; empty where that is not known. */
-export function energyOf({ energy_wh }: Pick<SeaRoute, "energy_wh">): string {
-  return energy_wh === null ? "" : t("About {energy} Wh from the batteries (estimate).", { energy: Math.round(energy_wh) });
+export function energyOf({ energy_wh, speed_mps }: Pick<SeaRoute, "energy_wh" | "speed_mps">): string {
+  return energy_wh === null ? "" : t("About {energy} Wh from the batteries at {speed} m/s (estimate).", { energy: Math.round(energy_wh), speed: speed_mps.toFixed(2) });
 }
 
 export function lengthOf(metres: number): string {

@@ -1,5 +1,6 @@
 //! `lutra-server plan`: plans without a running server.
 
+mod objective;
 mod route;
 mod zones;
 
@@ -14,7 +15,7 @@ pub(super) struct PlanArguments {
 
 #[derive(Debug, Subcommand)]
 enum PlanCommand {
-    /// The shortest route on the sea chart that keeps to deep water and clear of dangers.
+    /// The shortest route on the sea chart that keeps to deep water and clear of dangers, or the best by time or energy.
     Route(route::RouteArguments),
 }
 

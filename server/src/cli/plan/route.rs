@@ -1,5 +1,6 @@
 //! `plan route`: one route, or one for each line of a file.
 
+use super::objective::ObjectiveArguments;
 use super::zones;
 use crate::cli::Common;
 use crate::cli::chart::{index, place};
@@ -9,8 +10,7 @@ use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
-use mission::{Cost, Current};
-use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router};
+use planner::{Cancel, LegCost, Needs, Objective, Passable, Refusal, Request, Route, RouteLeg, Router};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use shore::plans::{self, Format};
@@ -30,10 +30,15 @@ const LONGEST_LINE: usize = 64 * 1024;
   lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --avoid farms.geojson --current 250,0.4
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --alternatives 2
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --objective fastest --current-field tide.csv
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --prefer-depth 20 --prefer-off 100
   lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
 
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
   {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5, \"clearance\": 25}
+
+A current field is CSV with the columns time,lat,lon,east_mps,north_mps (ISO 8601, degrees, m/s), or NetCDF of the
+classic format by the CF conventions. Beyond its edges and times the current is not known: then there is no time.
 
 It exits with a failure if no route exists; with --pairs, if a line is malformed.")]
 pub(super) struct RouteArguments {
@@ -76,16 +81,15 @@ pub(super) struct RouteArguments {
     /// GeoJSON file with one polygon to stay within.
     #[arg(long, value_name = "FILE")]
     within: Option<PathBuf>,
-    /// A steady current that time and energy are reckoned in: where it flows to (degrees), and how fast (m/s).
-    #[arg(long, value_name = "DEG,MPS", value_parser = current)]
-    current: Option<Current>,
+    #[command(flatten)]
+    objective: ObjectiveArguments,
     /// Height of the water above chart datum (m).
     #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
     water_level: f64,
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
     errors: bool,
-    /// Speed through the water for time and energy (m/s).
+    /// Speed through the water for time and energy (m/s); for the least energy the greatest one.
     #[arg(long, value_name = "MPS", default_value_t = 1.5)]
     speed: f64,
     /// Write the route as a plan to a file: .geojson, .gpx, or .json for an IMC PlanSpecification.
@@ -111,6 +115,7 @@ struct Pair {
 struct Terms<'a> {
     arguments: &'a RouteArguments,
     limits: GuardLimits,
+    objective: Objective,
     router: Router,
 }
 
@@ -128,23 +133,12 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let margin_m = arguments.clearance.unwrap_or(f64::INFINITY).min(limits.half_width_m()).max(0.0);
     let zones = zones::read(&arguments.avoid, arguments.within.as_deref(), margin_m)?;
     let router = Router::new(Arc::new(index(&db)?));
-    let router = router.in_zones(zones.unwrap_or_default());
-    let terms = Terms { arguments, limits, router };
+    let objective = arguments.objective.read(arguments.speed)?;
+    let router = router.in_zones(zones.unwrap_or_default()).by_objective(objective.clone())?;
+    let terms = Terms { arguments, limits, objective, router };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),
         None => terms.one(format),
-    }
-}
-
-fn current(text: &str) -> Result<Current, String> {
-    let numbers = text.split_once(',').map(|(set, drift)| (set.trim().parse(), drift.trim().parse()));
-    match numbers {
-        Some((Ok(set_deg), Ok(drift_mps)))
-            if f64::is_finite(set_deg) && (0.0..=10.0).contains(&drift_mps) =>
-        {
-            Ok(Current { set_rad: set_deg.to_radians(), drift_mps })
-        }
-        _ => Err("give where it flows to in degrees and how fast, 0 to 10 m/s, such as 250,0.4".to_owned()),
     }
 }
 
@@ -202,7 +196,7 @@ impl Terms<'_> {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
-                    write(out, format, &route, arguments.speed)?;
+                    write(out, format, &route, route.speed_mps(&self.objective))?;
                 }
                 if arguments.json {
                     let mut answer = self.described(&Value::Null, &route, time_us);
@@ -212,6 +206,7 @@ impl Terms<'_> {
                     say!("{answer}");
                 } else {
                     self.print(&route, &needs);
+                    self.print_shortest(&route, &needs);
                     self.print_alternatives(&route, &needs);
                 }
                 Ok(())
@@ -309,12 +304,13 @@ impl Terms<'_> {
     }
 
     fn described(&self, id: &Value, route: &Route, time_us: u128) -> Value {
+        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
         let points: Vec<[f64; 2]> = route.places().map(|place| [place.lat_deg(), place.lon_deg()]).collect();
         let legs: Vec<Value> = route
             .legs
             .iter()
-            .map(|leg| {
-                let cost = self.cost(leg);
+            .zip(&costs)
+            .map(|(leg, cost)| {
                 json!({"length_m": leg.length_m, "duration_s": cost.duration_s,
                        "energy_wh": cost.energy_j.map(|energy_j| energy_j / 3_600.0), "min_depth_m": leg.worst.water.least_m(),
                        "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
@@ -323,22 +319,23 @@ impl Terms<'_> {
             })
             .collect();
         let moved = |moved: Option<planner::Moved>| moved.map(|moved| moved.distance_m);
-        let (duration_s, energy_wh) = self.costs(route);
+        let (duration_s, energy_wh) = sum(&costs);
+        let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
+        let shortest = route.shortest.as_ref().map(|shortest| self.described(id, shortest, time_us));
         json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
-               "duration_s": duration_s, "energy_wh": energy_wh, "part_only": route.of_part,
+               "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
+               "current_unknown_m": unknown_m, "shortest": shortest, "part_only": route.of_part,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
-    fn cost(&self, leg: &RouteLeg) -> Cost {
-        shore::routing::cost(leg, self.arguments.speed, self.arguments.current.unwrap_or_default())
-    }
-
-    /// Time (s) and energy (Wh) of a whole route; nothing where the current is too strong.
-    fn costs(&self, route: &Route) -> (Option<f64>, Option<f64>) {
-        let legs = || route.legs.iter().map(|leg| self.cost(leg));
-        let energy_j: Option<f64> = legs().map(|cost| cost.energy_j).sum();
-        (legs().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
+    fn print_shortest(&self, route: &Route, needs: &Needs) {
+        if let Some(shortest) = &route.shortest {
+            say!("\nthe shortest route, {:.0} m shorter:", route.length_m - shortest.length_m);
+            self.print(shortest, needs);
+        } else if !self.objective.is_shortest() {
+            say!("this is the shortest route too");
+        }
     }
 
     fn print_alternatives(&self, route: &Route, needs: &Needs) {
@@ -346,7 +343,9 @@ impl Terms<'_> {
             say!("\nno other route differs from this one and is less than twice as long");
         }
         for (number, other) in (1..).zip(&route.alternatives) {
-            say!("\nalternative {number}, {:.0} m longer:", other.length_m - route.length_m);
+            let longer_m = other.length_m - route.length_m;
+            let than = if longer_m < 0.0 { "shorter" } else { "longer" };
+            say!("\nalternative {number}, {:.0} m {than}:", longer_m.abs());
             self.print(other, needs);
         }
     }
@@ -382,21 +381,30 @@ impl Terms<'_> {
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
         let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
-        let takes = match self.costs(route) {
+        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
+        let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
+        let takes = match sum(&costs) {
             (Some(duration_s), Some(energy_wh)) => {
                 format!("{:.0} min and {energy_wh:.0} Wh (estimate)", duration_s / 60.0)
             }
+            (Some(duration_s), None) => format!("{:.0} min", duration_s / 60.0),
+            _ if unknown_m > 0.0 => format!("the current is not known on {unknown_m:.0} m"),
             _ => "the current is too strong".to_owned(),
         };
         say!(
-            "{:.1} m in {} legs, {takes} at {} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
+            "{:.1} m in {} legs, {takes} at {speed_mps:.2} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
             route.length_m,
             route.legs.len(),
-            self.arguments.speed,
             needs.demand.needed_m(),
             needs.clearance_m,
         );
     }
+}
+
+/// Time (s) and energy (Wh) of a whole route; nothing where those of a leg are not known.
+fn sum(costs: &[LegCost]) -> (Option<f64>, Option<f64>) {
+    let energy_j: Option<f64> = costs.iter().map(|cost| cost.energy_j).sum();
+    (costs.iter().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
 }
 
 /// Why the turn at the end of a leg cannot be sailed as asked.
@@ -407,7 +415,10 @@ fn turn_warning(leg: &RouteLeg) -> Option<String> {
 /// Adds the conditions under which there would be a route.
 fn would_do(value: &mut Value, passable: &Passable) {
     let degrees = |place: LatLon| [place.lat_deg(), place.lon_deg()];
-    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone, .. } = passable;
+    if passable.not_looked {
+        return;
+    }
     value["passable_by_rule_alone"] = json!(by_rule_alone);
     value["passable_by_zones_alone"] = json!(by_zones_alone);
     value["passable_depth_m"] = json!(depth_m);
@@ -418,7 +429,10 @@ fn would_do(value: &mut Value, passable: &Passable) {
 }
 
 fn would_do_text(passable: &Passable) -> String {
-    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone, .. } = passable;
+    if passable.not_looked {
+        return "; smaller depths and clearances were not looked for: the charts around are too detailed for that".to_owned();
+    }
     let at = |place: LatLon| format!("{:.5},{:.5}", place.lat_deg(), place.lon_deg());
     let mut would_do = Vec::new();
     if let Some(depth_m) = depth_m {
@@ -462,6 +476,7 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
             value["by"] = by.iter().map(place).collect();
         }
         Refusal::TooLong { .. } => value["code"] = json!("too_far"),
+        Refusal::ShortestOnly { .. } => value["code"] = json!("shortest_only"),
         Refusal::NotConfirmed { .. } => value["code"] = json!("not_confirmed"),
         Refusal::Needs(_) => value["code"] = json!("malformed"),
         Refusal::Plan(_) => value["code"] = json!("failed"),

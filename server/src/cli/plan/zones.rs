@@ -19,7 +19,7 @@ pub(super) fn read(avoid: &[PathBuf], within: Option<&Path>, margin_m: f64) -> a
     }
     let mut forbidden = Vec::new();
     for file in avoid {
-        forbidden.extend(zones(file, &polygons(&parsed(file)?, file)?)?);
+        forbidden.extend(read_all(file)?);
     }
     let mut allowed = None;
     if let Some(file) = within {
@@ -32,6 +32,11 @@ pub(super) fn read(avoid: &[PathBuf], within: Option<&Path>, margin_m: f64) -> a
         allowed = zones(file, &[polygon])?.pop();
     }
     Ok(Some(Zones::new(allowed, forbidden, margin_m)?))
+}
+
+/// All areas of a file.
+pub(super) fn read_all(file: &Path) -> anyhow::Result<Vec<Zone>> {
+    zones(file, &polygons(&parsed(file)?, file)?)
 }
 
 fn parsed(file: &Path) -> anyhow::Result<Value> {

@@ -11,6 +11,9 @@ use api::{
 /// Large enough for the most areas with the most corners, as JSON with all decimals.
 const AREAS_BYTES: usize = 4 << 20;
 
+/// A grid of currents of the most values, as JSON.
+const ROUTE_BYTES: usize = 4 << 20;
+
 /// No-go areas.
 pub(super) fn no_go_areas() -> Vec<Route> {
     let (viewer, operator) = (Need::Somewhere(Role::Viewer), Need::Everywhere(Role::Operator));
@@ -74,9 +77,10 @@ pub(super) fn chart() -> Vec<Route> {
         Route::post(
             "/api/v1/chart/route",
             viewer,
-            "The shortest route through deep water, clear of dangers.",
+            "A route through deep water, clear of dangers: the shortest, the fastest, or the one of the least energy.",
             charts::route,
         )
+        .body_bytes(ROUTE_BYTES)
         .takes::<SeaRouteRequest>()
         .gives::<SeaRouteAnswer>()
         .packed(),

@@ -1,0 +1,336 @@
+//! What a route is good for: its length, its time or its energy, with preferences for deeper water and more distance.
+//!
+//! The vessel steers a straight course over ground at a steady speed through the water, and steers up against the current
+//! for that. Energy is the power at that speed times the time; the power is a function that the caller gives, for the
+//! planner knows no vessels. A preference makes water cost more: a metre, second or joule in water that is shallower than
+//! preferred, or nearer to what closes it, counts as so many times more.
+
+use crate::currents::{Currents, Flow, made_good_mps};
+use crate::needs::{Needs, NeedsError};
+use crate::plane::{Plane, Point};
+use crate::zones::Zone;
+use charts::depth_index::{Demand, Leg};
+use std::fmt;
+use std::sync::Arc;
+use units::LatLon;
+
+/// Greatest factor of a preference.
+const MOST_FACTOR: f64 = 100.0;
+/// Farthest that can be preferred to keep off (m).
+const MOST_OFF_M: f64 = 2_000.0;
+/// Speeds through the water that can be asked for (m/s).
+const SLOWEST_MPS: f64 = 0.05;
+const FASTEST_MPS: f64 = 20.0;
+/// Most areas with a speed limit.
+const MOST_LIMITS: usize = 50;
+/// Where currents or limits differ from place to place, a leg is reckoned in pieces so long (m), but no more than so many.
+const PIECE_M: f64 = 25.0;
+const MOST_PIECES: f64 = 2_000.0;
+/// Speeds that are tried for the least energy: tenths of the asked one, from this one to all ten.
+const LEAST_TENTHS: u8 = 3;
+
+/// What is to be least.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Aim {
+    /// The length.
+    #[default]
+    Length,
+    /// The time at the asked speed through the water.
+    Time,
+    /// The energy, at the asked speed through the water or a slower one: of 0.3 to 1 times the asked speed, in tenths, the
+    /// one that takes least. A route by way of several places keeps one speed, chosen on its first stretch.
+    Energy,
+}
+
+/// The power that a speed through the water takes.
+#[derive(Clone)]
+pub struct Power(Arc<dyn Fn(f64) -> Option<f64> + Send + Sync>);
+
+impl Power {
+    /// By a function from speed (m/s) to power (W); `None` where it is not known.
+    pub fn new(power_w: impl Fn(f64) -> Option<f64> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(power_w))
+    }
+
+    /// At a speed through the water (W).
+    pub fn at_w(&self, through_water_mps: f64) -> Option<f64> {
+        (self.0)(through_water_mps)
+    }
+}
+
+impl fmt::Debug for Power {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Power")
+    }
+}
+
+/// Water that is rather passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preferences {
+    /// Water charted shallower than this costs more (m).
+    pub depth_m: Option<f64>,
+    /// Water nearer than this to land, dangers and water that is not deep enough for the route costs more (m).
+    pub off_m: Option<f64>,
+    /// How many times as much such water costs, 1 or more. In water that is both shallow and near, the two surcharges add.
+    pub factor: f64,
+}
+
+impl Default for Preferences {
+    /// Without any; a factor of 3.
+    fn default() -> Self {
+        Self { depth_m: None, off_m: None, factor: 3.0 }
+    }
+}
+
+/// An area where a vessel may not be faster.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedLimit {
+    /// Where.
+    pub zone: Zone,
+    /// Greatest speed through the water (m/s).
+    pub most_mps: f64,
+}
+
+/// What a route is good for, and in what conditions.
+#[derive(Debug, Clone)]
+pub struct Objective {
+    /// What is to be least.
+    pub aim: Aim,
+    /// Speed through the water (m/s); for the least energy the greatest one.
+    pub through_water_mps: f64,
+    /// The power that a speed takes.
+    pub power: Power,
+    /// The current.
+    pub currents: Currents,
+    /// When the route begins (s since 1970, UTC): the time of currents that change.
+    pub depart_s: f64,
+    /// What water is preferred.
+    pub preferences: Preferences,
+    /// Areas with speed limits; where several overlap, the slowest holds.
+    pub limits: Vec<SpeedLimit>,
+}
+
+/// What a leg takes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LegCost {
+    /// Time (s); `None` where the current is too strong or not known, and where it changes with time and the time of the leg
+    /// is not known.
+    pub duration_s: Option<f64>,
+    /// Energy (J); `None` without a time, and at speeds of which the power is not known.
+    pub energy_j: Option<f64>,
+    /// Length of the leg on which the current is not known (m).
+    pub unknown_m: f64,
+}
+
+/// The sea at one point of a plane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spot {
+    pub(crate) place: LatLon,
+    /// The direction of true north in the plane, of length 1.
+    pub(crate) north: Point,
+    /// How many times as much it costs here.
+    pub(crate) factor: f64,
+    /// Greatest speed (m/s).
+    pub(crate) most_mps: f64,
+}
+
+/// What a part of a way costs.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Toll {
+    /// In metres, seconds or joules, and more where that is not preferred.
+    pub(crate) cost: f64,
+    pub(crate) duration_s: f64,
+}
+
+impl Toll {
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { cost: self.cost + other.cost, duration_s: self.duration_s + other.duration_s }
+    }
+}
+
+impl Objective {
+    /// The shortest way in still water, at a speed through the water that takes a power.
+    pub fn shortest(through_water_mps: f64, power: Power) -> Self {
+        Self {
+            aim: Aim::Length,
+            through_water_mps,
+            power,
+            currents: Currents::default(),
+            depart_s: 0.0,
+            preferences: Preferences::default(),
+            limits: Vec::new(),
+        }
+    }
+
+    /// Whether the shortest way is the best one.
+    pub fn is_shortest(&self) -> bool {
+        let Preferences { depth_m, off_m, factor } = self.preferences;
+        self.aim == Aim::Length && (factor == 1.0 || depth_m.is_none() && off_m.is_none())
+    }
+
+    /// Whether every metre costs the same: then the shortest way is the best one at any speed.
+    pub(crate) fn is_uniform(&self) -> bool {
+        let Preferences { depth_m, off_m, .. } = self.preferences;
+        self.currents.is_still() && self.limits.is_empty() && depth_m.is_none() && off_m.is_none()
+    }
+
+    /// Whether all its values are numbers in range.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn validate(&self) -> Result<(), NeedsError> {
+        let Preferences { depth_m, off_m, factor } = self.preferences;
+        NeedsError::of("speed (m/s)", self.through_water_mps, SLOWEST_MPS, FASTEST_MPS)?;
+        NeedsError::of("preferred depth (m)", depth_m.unwrap_or(0.0), 0.0, 12_000.0)?;
+        NeedsError::of("preferred distance (m)", off_m.unwrap_or(0.0), 0.0, MOST_OFF_M)?;
+        NeedsError::of("factor of preferences", factor, 1.0, MOST_FACTOR)?;
+        NeedsError::of("number of speed limits", self.limits.len() as f64, 0.0, MOST_LIMITS as f64)?;
+        NeedsError::of("time of departure (s)", self.depart_s, -1e11, 1e11)?;
+        let limits = self.limits.iter();
+        limits
+            .map(|limit| NeedsError::of("speed limit (m/s)", limit.most_mps, SLOWEST_MPS, FASTEST_MPS))
+            .collect()
+    }
+
+    /// What the preferred depth and distance need of the water, beside what a route needs.
+    pub(crate) fn preferred(&self, needs: &Needs) -> [Option<Needs>; 2] {
+        let Preferences { depth_m, off_m, .. } = self.preferences;
+        let deep = depth_m.filter(|depth_m| *depth_m > needs.demand.needed_m()).map(|depth_m| {
+            let demand =
+                Demand { draught_m: depth_m, squat_m: 0.0, reserve_m: 0.0, position_m: 0.0, ..needs.demand };
+            Needs { demand, clearance_m: 0.0 }
+        });
+        let off = off_m.filter(|off_m| *off_m > needs.clearance_m);
+        [deep, off.map(|clearance_m| Needs { clearance_m, ..*needs })]
+    }
+
+    /// The factor where some preferences are not met.
+    pub(crate) fn factor(&self, unmet: usize) -> f64 {
+        1.0 + (self.preferences.factor - 1.0) * unmet as f64
+    }
+
+    /// The greatest speed at a place (m/s).
+    pub(crate) fn limit_mps(&self, place: LatLon) -> f64 {
+        let here = self.limits.iter().filter(|limit| limit.zone.holds(place));
+        here.map(|limit| limit.most_mps).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Speeds through the water that are tried (m/s), the asked one last.
+    pub(crate) fn paces_mps(&self) -> Vec<f64> {
+        let tenths = if self.aim == Aim::Energy { LEAST_TENTHS..=10 } else { 10..=10 };
+        let all = tenths.map(|tenth| self.through_water_mps * f64::from(tenth) / 10.0);
+        all.filter(|mps| *mps >= SLOWEST_MPS || *mps == self.through_water_mps).collect()
+    }
+
+    /// No metre anywhere costs less than this at a pace.
+    pub(crate) fn least_per_m(&self, pace_mps: f64) -> f64 {
+        let limits = self.limits.iter().map(|limit| limit.most_mps).filter(|most_mps| *most_mps < pace_mps);
+        let speeds = limits.chain([pace_mps]);
+        let per_m = |mps: f64| match self.aim {
+            Aim::Length => 1.0,
+            Aim::Time => 1.0 / (mps + self.currents.most_mps()),
+            Aim::Energy => self.power.at_w(mps).unwrap_or(0.0) / (mps + self.currents.most_mps()),
+        };
+        speeds.map(per_m).fold(f64::INFINITY, f64::min)
+    }
+
+    /// What a short straight piece costs; `None` where the current is too strong, or the power is not known and counts.
+    /// Where the current is not known, the water counts as still.
+    pub(crate) fn piece(
+        &self,
+        spot: &Spot,
+        (from, to): (Point, Point),
+        since_s: f64,
+        pace_mps: f64,
+    ) -> Option<Toll> {
+        let length_m = from.distance_m(to);
+        if self.aim == Aim::Length || length_m == 0.0 {
+            return Some(Toll { cost: spot.factor * length_m, duration_s: 0.0 });
+        }
+        let flow = self.currents.at(spot.place, self.depart_s + since_s).unwrap_or_default();
+        let through_water_mps = pace_mps.min(spot.most_mps);
+        let duration_s = length_m / over_ground_mps(spot, (from, to), through_water_mps, flow)?;
+        let each_s = if self.aim == Aim::Energy { self.power.at_w(through_water_mps)? } else { 1.0 };
+        Some(Toll { cost: spot.factor * each_s * duration_s, duration_s })
+    }
+
+    /// What legs of a length (m) take, one after the other from the time of departure, at a speed through the water (m/s).
+    pub(crate) fn reckon(
+        &self,
+        legs: impl Iterator<Item = (Leg, f64)>,
+        through_water_mps: f64,
+    ) -> Vec<LegCost> {
+        let mut since_s = Some(0.0);
+        let mut reckoned = Vec::new();
+        for leg in legs {
+            let mut cost = self.leg(leg, since_s.unwrap_or(0.0), through_water_mps);
+            if since_s.is_none() && self.currents.varies_in_time() {
+                (cost.duration_s, cost.energy_j) = (None, None);
+            }
+            since_s = since_s.zip(cost.duration_s).map(|(since_s, duration_s)| since_s + duration_s);
+            reckoned.push(cost);
+        }
+        reckoned
+    }
+
+    fn leg(&self, (leg, leg_m): (Leg, f64), begin_s: f64, pace_mps: f64) -> LegCost {
+        let plane = Plane::new(leg.from);
+        let (from, to) = (Point::default(), plane.point(leg.to));
+        let uniform = !self.currents.varies() && self.limits.is_empty();
+        let pieces = if uniform { 1.0 } else { (leg_m / PIECE_M).ceil().clamp(1.0, MOST_PIECES) };
+        let length_m = leg_m / pieces;
+        let mut cost = LegCost { duration_s: Some(0.0), energy_j: Some(0.0), unknown_m: 0.0 };
+        let mut since_s = begin_s;
+        for piece in 0..pieces as u32 {
+            let spot = Spot::of(self, &plane, from.towards(to, (f64::from(piece) + 0.5) / pieces));
+            let flow = self.currents.at(spot.place, self.depart_s + since_s);
+            let through_water_mps = pace_mps.min(spot.most_mps);
+            let over_ground_mps =
+                over_ground_mps(&spot, (from, to), through_water_mps, flow.unwrap_or_default());
+            let Some(duration_s) = over_ground_mps.map(|mps| length_m / mps) else {
+                return LegCost { duration_s: None, energy_j: None, ..cost };
+            };
+            since_s += duration_s;
+            if flow.is_none() {
+                (cost.unknown_m, cost.duration_s, cost.energy_j) = (cost.unknown_m + length_m, None, None);
+            }
+            let energy_j = self.power.at_w(through_water_mps).map(|power_w| power_w * duration_s);
+            cost.duration_s = cost.duration_s.map(|sum| sum + duration_s);
+            cost.energy_j = cost.energy_j.zip(energy_j).map(|(sum, energy_j)| sum + energy_j);
+        }
+        cost
+    }
+}
+
+impl Spot {
+    /// At a point of a plane, with a factor of 1.
+    pub(crate) fn of(objective: &Objective, plane: &Plane, at: Point) -> Self {
+        let place = plane.place(at);
+        // Some metres to the north, or near the pole to the south.
+        let sense = if place.lat_rad() < 1.57 { 1.0 } else { -1.0 };
+        let beside = LatLon::from_rad(place.lat_rad() + sense * 1e-6, place.lon_rad()).unwrap_or(place);
+        let beside = plane.point(beside);
+        let off_m = sense * at.distance_m(beside).max(1e-9);
+        let north = Point { x: (beside.x - at.x) / off_m, y: (beside.y - at.y) / off_m };
+        let most_mps = objective.limit_mps(place);
+        Self { place, north, factor: 1.0, most_mps }
+    }
+}
+
+/// Speed over ground from one point towards another (m/s); `None` where the current is too strong.
+fn over_ground_mps(
+    spot: &Spot,
+    (from, to): (Point, Point),
+    through_water_mps: f64,
+    flow: Flow,
+) -> Option<f64> {
+    let length_m = from.distance_m(to);
+    if length_m == 0.0 {
+        return Some(through_water_mps);
+    }
+    let (north, east) = (spot.north, Point { x: spot.north.y, y: -spot.north.x });
+    let x = flow.east_mps * east.x + flow.north_mps * north.x;
+    let y = flow.east_mps * east.y + flow.north_mps * north.y;
+    let (ahead_x, ahead_y) = ((to.x - from.x) / length_m, (to.y - from.y) / length_m);
+    made_good_mps(through_water_mps, x * ahead_x + y * ahead_y, x * ahead_y - y * ahead_x)
+}
