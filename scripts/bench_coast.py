@@ -197,7 +197,8 @@ def main():
         route(served, "a route to the next harbour", harbour(0), harbour(1), 25, 2)
         route(served, "a route along five blocks", harbour(0), harbour(5), 25, 2)
         served.memory("after them")
-        route(served, "a route along the coast", harbour(0), harbour(28), 25, 2, "100 ms")
+        # Over more chart than a region may hold: tile by tile. The blocks are not joined by water.
+        route(served, "a long route along the coast", harbour(0), harbour(28), 25, 2, "100 ms")
         served.memory("after it")
     finally:
         served.end()

@@ -1,7 +1,9 @@
 //! Routes on the sea chart for people and programs.
 //!
-//! Planning takes a processor for some milliseconds, and for up to a second where water must be prepared first. So few
-//! plan at once, a bounded number waits, and planning ends when the client goes away.
+//! Planning takes a processor for some milliseconds, for up to a second where water must be prepared first, and for tens of seconds or
+//! minutes where a way is long. So requests have [`turns`], and planning ends when the client goes away.
+
+mod turns;
 
 mod objective;
 
@@ -24,13 +26,9 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use tokio::sync::Semaphore;
+use turns::Turns;
 use units::{LatLon, LocalFrame, LocalPoint, UtcTime, wrap_two_pi};
 
-/// So many are planned at once.
-const AT_ONCE: usize = 2;
-/// So many more requests may wait; further ones are refused and may be sent again.
-const MOST_WAITING: usize = 64;
 /// Start, places to pass and goal.
 const POINTS: RangeInclusive<usize> = 2..=50;
 /// Areas of a request, corners of one and of all, and how long all their borders are (km).
@@ -44,17 +42,9 @@ const ALTERNATIVES: u8 = 3;
 const MOST_CLEARANCE_M: f64 = 500.0;
 
 /// Plans routes; cheap to clone.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Routing {
-    working: Arc<Semaphore>,
-    places: Arc<Semaphore>,
-}
-
-impl Default for Routing {
-    fn default() -> Self {
-        let places = Arc::new(Semaphore::new(AT_ONCE + MOST_WAITING));
-        Self { working: Arc::new(Semaphore::new(AT_ONCE)), places }
-    }
+    turns: Turns,
 }
 
 /// Says, when it is dropped, that the client has gone.
@@ -82,16 +72,12 @@ impl Routing {
         let question = Question::new(&ask, limits, now)?;
         // It may hold a large grid, and waiting may take long.
         drop(ask);
-        let busy =
-            || Error::new(ErrorKind::Busy, say("Too many routes are being planned; try again in a moment."));
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| busy())?;
-        let working =
-            Arc::clone(&self.working).acquire_owned().await.map_err(|error| Error::internal(&error))?;
+        let taken = self.turns.take(question.is_long(&set)).await?;
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
         // After its client has gone, a planner runs for another moment: until then its turn is taken.
         slow(move || {
-            let _taken = (place, working);
+            let _taken = taken;
             question.answer(&set, &|| wanted.load(Ordering::Relaxed))
         })
         .await
@@ -152,6 +138,11 @@ impl Question {
         Ok(Self { places, needs, request, limits, zones, objective, explain })
     }
 
+    /// Whether planning can take tens of seconds.
+    fn is_long(&self, set: &Set) -> bool {
+        set.router.is_long(&self.places, &self.needs)
+    }
+
     /// Plans; `wanted` says whether the client still waits.
     pub fn answer(&self, set: &Set, wanted: &dyn Fn() -> bool) -> SeaRouteAnswer {
         let began = Instant::now();
@@ -194,12 +185,17 @@ impl Question {
     fn explain(&self, router: &Router, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
         // Cancelled: the client has gone.
         let Ok(mut passable) = router.passable(ends, &self.needs, cancel) else { return };
+        if passable.not_looked {
+            let text = "Smaller depths and clearances were not looked for: the charts around are too detailed for that.";
+            refused.text = format!("{} {text}", refused.text);
+            return;
+        }
         // In water less deep than that it does not float, whatever is asked.
         if passable.depth_m.is_some_and(|depth_m| depth_m < self.limits.needed_m(0.0)) {
             (passable.depth_m, passable.shallowest) = (None, None);
         }
         refused.text = format!("{} {}", refused.text, passable_text(&passable));
-        let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+        let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone, .. } = passable;
         refused.passable = Some(SeaRoutePassable {
             depth_m,
             shallowest_at: shallowest.map(degrees),
@@ -235,6 +231,7 @@ impl Question {
             moved: moved.into_iter().filter_map(|(moved, end)| Some(described_move(moved?, end))).collect(),
             guarded: guard.is_none(),
             guard,
+            part_only: route.of_part,
         }
     }
 }
@@ -356,6 +353,8 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::Closed { end: End::Goal, .. } => "closed_goal",
         Refusal::NoWay { .. } => "no_way",
         Refusal::TooFar { .. } | Refusal::TooLong { .. } => "too_far",
+        Refusal::Unknown { .. } => "not_found",
+        Refusal::ShortestOnly { .. } => "shortest_only",
         Refusal::NotConfirmed { .. } => "not_confirmed",
         Refusal::Needs(_) | Refusal::Plan(_) => "failed",
     };
@@ -367,6 +366,8 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         gap_m: None,
         closed: None,
         apart_m: None,
+        looked_m: None,
+        by: Vec::new(),
         passable: None,
     };
     match refusal {
@@ -378,10 +379,19 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::NoWay { nearest, gap_m } => {
             (told.nearest, told.gap_m) = (Some(degrees(*nearest)), Some(*gap_m));
         }
-        Refusal::TooFar { straight_km, most_km } => {
-            told.apart_m = Some([straight_km * 1e3, most_km * 1e3]);
+        Refusal::Unknown { looked_km, nearest, gap_m } => {
+            (told.nearest, told.gap_m) = (Some(degrees(*nearest)), Some(*gap_m));
+            told.looked_m = Some(looked_km * 1e3);
         }
-        Refusal::TooLong { .. } | Refusal::NotConfirmed { .. } | Refusal::Needs(_) | Refusal::Plan(_) => {}
+        Refusal::TooFar { straight_km, most_km, by } => {
+            told.apart_m = Some([straight_km * 1e3, most_km * 1e3]);
+            told.by = by.iter().copied().map(degrees).collect();
+        }
+        Refusal::ShortestOnly { .. }
+        | Refusal::TooLong { .. }
+        | Refusal::NotConfirmed { .. }
+        | Refusal::Needs(_)
+        | Refusal::Plan(_) => {}
     }
     told
 }

@@ -14,7 +14,7 @@ const { canGoAround, energyOf, placesOfRoute, remarks, routeName, keptSpeedText,
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
-const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, energy_wh: 120, speed_mps: 1.5, current_unknown_m: 0, current_too_strong: false, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, ...more });
+const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, energy_wh: 120, speed_mps: 1.5, current_unknown_m: 0, current_too_strong: false, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, part_only: false, ...more });
 const found = route([[63, 10], [63.1, 10.1], [63.2, 10.1], [63.3, 10]]);
 const goto = (id, lat, lon) => ({ id, speed, task: { kind: "goto", at: at(lat, lon) } });
 const plan = (...maneuvers) => ({ name: "p", description: "", vessel: null, repeat: false, maneuvers });
@@ -73,12 +73,15 @@ test("what is moved, refused or against the guard is told", () => {
     "The goal lies too near land, shallow water, a danger or an area to avoid; it was moved by 20 m.",
     "The guard would refuse leg 2: too shallow, 2.5 m",
   ]);
-  const none = { text: "in English", stretch: 0, nearest: null, gap_m: null, closed: null, apart_m: null, passable: null };
+  const none = { text: "in English", stretch: 0, nearest: null, gap_m: null, closed: null, apart_m: null, looked_m: null, by: [], passable: null };
   const told = (refusal) => remarks({ route: null, refusal: { ...none, ...refusal } });
   assert.deepEqual(told({ code: "failed" }), ["in English"]);
   assert.deepEqual(told({ code: "closed_start", gap_m: 740.2, closed: { code: "land", depth_m: null, may_move_m: 200 } }), ["No route can begin there (land). The nearest open water is 740 m away; the start is moved by 200 m at most."]);
   assert.deepEqual(told({ code: "closed_goal", closed: { code: "too-shallow", depth_m: -1, may_move_m: 200 } }), ["No route can end there (charted depth dries 1.0 m, or too near a danger), and there is no open water within 50 km."]);
   assert.deepEqual(told({ code: "too_far", apart_m: [812_000, 500_000] }), ["Start and goal are 812 km apart; routes are planned up to 500 km: add places on the way."]);
+  assert.deepEqual(told({ code: "too_far", apart_m: [512_000, 180_000], by: [[63.12346, 8.5], [64, 9.25]] }), ["Start and goal are 512 km apart; routes are planned up to 180 km here. Add places on the way, such as 63.1235, 8.5000; 64.0000, 9.2500."]);
+  assert.match(told({ code: "not_found", looked_m: 74_600, gap_m: 812.4 })[0], /up to 75 km from the start\. .* is 812 m from the goal\./);
+  assert.match(remarks({ route: route([], { part_only: true }), refusal: null })[0], /^The charts hold so much here/);
   const noWay = "No route is deep enough and keeps this clearance. The nearest place that can be reached is 812 m from the goal.";
   assert.deepEqual(told({ code: "no_way", gap_m: 812 }), [noWay]);
   const passable = { depth_m: 3, shallowest_at: [63, 10], clearance_m: 12, gap_at: null, gap_width_m: null, by_rule_alone: false, by_zones_alone: false };

@@ -189,6 +189,9 @@ pub struct SeaRoute {
     pub guarded: bool,
     /// The first leg that it refuses, by its number, and why; null where it refuses none.
     pub guard: Option<GuardReason>,
+    /// Whether only part of the water was looked at in full, as the charts hold too much of it: other water may hold a shorter
+    /// route. Its legs are checked like those of any route.
+    pub part_only: bool,
 }
 
 /// A leg of a route.
@@ -233,7 +236,8 @@ pub struct SeaRouteMoved {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteRefusal {
-    /// For programs: `closed_start`, `closed_goal`, `no_way`, `too_far`, `not_confirmed` or `failed`.
+    /// For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`,
+    /// `shortest_only` (another objective than the shortest, in water too detailed for that), `not_confirmed` or `failed`.
     pub code: String,
     /// For people: what is in the way, and what to do.
     pub text: String,
@@ -247,6 +251,10 @@ pub struct SeaRouteRefusal {
     pub closed: Option<SeaRouteClosed>,
     /// How far start and goal are apart, and how far they may be (m); null for another reason.
     pub apart_m: Option<[f64; 2]>,
+    /// How far from the start it was looked, where not all water was looked at (m); null for another reason.
+    pub looked_m: Option<f64>,
+    /// Where start and goal are too far apart: places on a way between them, if one is known. Routes by way of them have shorter stretches.
+    pub by: Vec<[f64; 2]>,
     /// Changes that would give a route; null where that was not asked for.
     pub passable: Option<SeaRoutePassable>,
 }

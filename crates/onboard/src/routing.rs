@@ -132,7 +132,8 @@ impl Routes {
         let outcome = match chart {
             Chart::Loaded(file) => {
                 self.keep_to(chart);
-                let fresh = || Router::by_regions(file.shared_index()).keeping(ROOMS);
+                // The water of a long way would take more memory than routes may have aboard.
+                let fresh = || Router::by_regions(file.shared_index()).keeping(ROOMS).looking_at(0);
                 let outcome = find(self.router.get_or_insert_with(fresh), request, cancel);
                 if outcome == Err(Refusal::Plan(PlanError::Cancelled)) {
                     return None;

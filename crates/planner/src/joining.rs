@@ -7,9 +7,9 @@
 use crate::Cancel;
 use crate::boxes::Bounds;
 use crate::nearby::Nearby;
-use crate::obstacles::Region;
 use crate::parts::Parts;
 use crate::plane::{Point, sides};
+use crate::region::Region;
 use crate::side::{Gap, Kind, Reach, Side, Trouble};
 
 /// No square is smaller (m).

@@ -13,6 +13,11 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// Pieces of water are looked for at twice the distance of the nearest one and so much farther (m).
 const OTHER_PIECES_M: f64 = 300.0;
 
+/// How far from a point pieces of water are looked for whose nearest one lies so far off (m).
+pub(crate) fn others_within_m(nearest_m: f64) -> f64 {
+    2.0 * nearest_m + OTHER_PIECES_M
+}
+
 /// What lies so near the border of a triangle counts as on it, and is moved in by so much (m).
 const ON_BORDER_M: f64 = 1e-3;
 const MOVED_IN_M: f64 = 0.02;
@@ -140,9 +145,13 @@ impl Mesh {
                 Some(_) | None => {}
             }
             let nearest_m = found.iter().map(|near| near.distance_m).fold(f64::INFINITY, f64::min);
-            within_m.min(2.0 * nearest_m + OTHER_PIECES_M)
+            within_m.min(others_within_m(nearest_m))
         });
         found.sort_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
+        // A triangle may lie much farther off than its box.
+        if let Some(Near { distance_m, .. }) = found.first().copied() {
+            found.retain(|near| near.distance_m <= others_within_m(distance_m));
+        }
         found
     }
 

@@ -1,7 +1,7 @@
 //! Which of many short pieces lie near one, while they are added one after another: each in the square of its middle.
 
-use crate::obstacles::Region;
 use crate::plane::Point;
+use crate::region::Region;
 
 /// So many squares at most.
 const MOST_SQUARES: f64 = 4e6;

@@ -4,8 +4,9 @@
 //! the region: what is left are pieces of open water and of closed ground, which the chart tells apart. Circles become
 //! polygons around them, never inside, so that the result keeps at least as far off as was asked.
 
-use crate::boxes::Bounds;
+use crate::outermost::Outermost;
 use crate::plane::{Plane, Point};
+use crate::region::Region;
 use crate::{Cancel, PlanError};
 use charts::coverage::{Vertex, degrees};
 use i_overlay::core::fill_rule::FillRule;
@@ -29,88 +30,18 @@ const THINNED: f64 = 0.02;
 const LEAST_THINNED_M: f64 = 0.05;
 const MOST_THINNED_M: f64 = 1.0;
 
-/// So many corners of contours are cut out at a time: an overlay of all of a large region takes several times the memory.
-const MOST_AT_ONCE: usize = 300_000;
+/// For clearances from this on, sides that cannot lie at the edge of open water are left out (m).
+const WIDE_M: f64 = 100.0;
+
+/// So many corners of contours are cut out at a time: an overlay of all of a large region takes several times the memory, and where
+/// contours lie over each other many times, several times as long.
+const MOST_AT_ONCE: usize = 100_000;
 
 /// A corner on the grid.
 pub(crate) type GridPoint = [i32; 2];
 
 /// Pieces of a region between barriers: each an outer ring and its holes, not closed by a repeated corner.
 pub(crate) type Pieces = Vec<Vec<Vec<GridPoint>>>;
-
-/// A region as its corners: least and greatest (m).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Region {
-    pub(crate) min: Point,
-    pub(crate) max: Point,
-}
-
-impl Region {
-    /// The smallest that holds some points.
-    pub(crate) fn of(points: &[Point]) -> Self {
-        let Bounds { min, max } = Bounds::of(points);
-        Self { min, max }
-    }
-
-    /// What it has in common with another that it meets.
-    pub(crate) fn common(&self, other: Self) -> Self {
-        Self {
-            min: Point { x: self.min.x.max(other.min.x), y: self.min.y.max(other.min.y) },
-            max: Point { x: self.max.x.min(other.max.x), y: self.max.y.min(other.max.y) },
-        }
-    }
-
-    /// Whether a corner of what was cut out of it lies on its border.
-    pub(crate) fn is_at_border(&self, at: Point) -> bool {
-        let off_m = [at.x - self.min.x, self.max.x - at.x, at.y - self.min.y, self.max.y - at.y];
-        // Of the grid's rounding.
-        off_m.into_iter().any(|off_m| off_m < 2.0 / PER_METRE)
-    }
-
-    /// Its border, closed.
-    pub(crate) fn ring(&self) -> [Point; 5] {
-        let Self { min, max } = *self;
-        [min, Point { x: max.x, y: min.y }, max, Point { x: min.x, y: max.y }, min]
-    }
-
-    /// In square metres.
-    pub(crate) fn area(&self) -> f64 {
-        (self.max.x - self.min.x) * (self.max.y - self.min.y)
-    }
-
-    /// With so much more around it (m).
-    pub(crate) fn wider(&self, by_m: f64) -> Self {
-        let Self { min, max } = self;
-        Self {
-            min: Point { x: min.x - by_m, y: min.y - by_m },
-            max: Point { x: max.x + by_m, y: max.y + by_m },
-        }
-    }
-
-    /// The part of a segment that lies within (Y.-D. Liang and B. A. Barsky 1984).
-    pub(crate) fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
-        let (dx, dy) = (b.x - a.x, b.y - a.y);
-        let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
-        let sides = [
-            (-dx, a.x - self.min.x),
-            (dx, self.max.x - a.x),
-            (-dy, a.y - self.min.y),
-            (dy, self.max.y - a.y),
-        ];
-        for (outward, room) in sides {
-            if outward == 0.0 {
-                if room < 0.0 {
-                    return None;
-                }
-            } else if outward < 0.0 {
-                enters = enters.max(room / outward);
-            } else {
-                leaves = leaves.min(room / outward);
-            }
-        }
-        (enters <= leaves).then(|| (a.towards(b, enters), a.towards(b, leaves)))
-    }
-}
 
 pub(crate) fn metres(at: GridPoint) -> Point {
     Point { x: f64::from(at[0]) / PER_METRE, y: f64::from(at[1]) / PER_METRE }
@@ -173,6 +104,30 @@ fn thinned_m(clearance_m: f64) -> f64 {
 pub(crate) struct Cut<'a> {
     pub(crate) lines: &'a [Vec<Point>],
     pub(crate) clearance_m: f64,
+    /// Clearances are on the sea, and grow with the scale of this plane at each line; `None` where they are of the plane itself.
+    pub(crate) plane: Option<&'a Plane>,
+    /// The chart itself calls closed what lies nearer to these lines than this (m), so that what they cut out may have holes
+    /// in it; `None` of lines that are not the chart's.
+    pub(crate) closed_m: Option<f64>,
+}
+
+impl Cut<'_> {
+    /// The greatest scale at points, and so on straight lines between them, which are so far from the middle at most.
+    fn scale(&self, points: &[Point]) -> f64 {
+        let Some(plane) = self.plane else { return 1.0 };
+        points.iter().map(|at| plane.scale(*at)).fold(1.0, f64::max)
+    }
+
+    /// Which sides are needed, where the clearance is wide; `None` where all of them may be.
+    fn outermost(&self, near: Region, cancel: &Cancel<'_>) -> Result<Option<Outermost>, PlanError> {
+        let Some(closed_m) = self.closed_m.filter(|closed_m| *closed_m >= WIDE_M) else { return Ok(None) };
+        let thinned_m = thinned_m(self.clearance_m);
+        let thinned: Vec<Vec<Point>> = self.lines.iter().map(|line| thin(line, thinned_m)).collect();
+        cancel.check()?;
+        let most_m = cut_out_m(self.clearance_m) * self.scale(&near.ring());
+        // A thinned line lies up to the tolerance beside the chart's; the polygon around a circle reaches beyond the circle.
+        Outermost::new(near, &thinned, (closed_m - thinned_m - SLACK_M, most_m), cancel)
+    }
 }
 
 /// Cuts what lies too near lines out of a region.
@@ -183,13 +138,16 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
     let mut overlay: Overlay<i32> = Overlay::new(0);
     let mut waiting = 0;
     let mut contour = Vec::new();
-    for Cut { lines, clearance_m } in cuts {
-        let thinned_m = thinned_m(*clearance_m);
-        let brush = Brush::new(clearance_m + thinned_m + SLACK_M);
+    for cut in cuts {
+        let thinned_m = thinned_m(cut.clearance_m);
+        let brush = Brush::new(cut.clearance_m + thinned_m + SLACK_M);
         let near = region.wider(2.0 * brush.radius_m + 10.0);
-        for line in *lines {
+        let outermost = cut.outermost(near, cancel)?;
+        let wanted = |a: Point, b: Point| outermost.as_ref().is_none_or(|outermost| outermost.needs(a, b));
+        for line in cut.lines {
             cancel.check()?;
-            brush.draw(&thin(line, thinned_m), &near, &mut contour, |contour| {
+            let scale = |a: Point, b: Point| cut.scale(&[a, b]);
+            brush.draw(&thin(line, thinned_m), (&near, &wanted, &scale), &mut contour, |contour| {
                 overlay.add_contour(contour, ShapeType::Clip);
                 waiting += contour.len();
             });
@@ -200,8 +158,22 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
         }
     }
     cancel.check()?;
+    Ok(pieces(without(open, overlay)))
+}
+
+/// Pieces of regions that lie beside each other, as pieces of all of them.
+pub(crate) fn joined(pieces_of_all: &Pieces) -> Pieces {
+    let mut overlay: Overlay<i32> = Overlay::new(pieces_of_all.iter().flatten().map(Vec::len).sum());
+    for ring in pieces_of_all.iter().flatten() {
+        let ring: Vec<IntPoint<i32>> = ring.iter().map(|[x, y]| IntPoint::new(*x, *y)).collect();
+        overlay.add_contour(&ring, ShapeType::Subject);
+    }
+    pieces(overlay.overlay(OverlayRule::Subject, FillRule::NonZero))
+}
+
+fn pieces(shapes: Shapes) -> Pieces {
     let ring = |ring: Vec<IntPoint<i32>>| ring.into_iter().map(|at| [at.x, at.y]).collect();
-    Ok(without(open, overlay).into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect())
+    shapes.into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect()
 }
 
 /// Pieces, each an outer ring and its holes.
@@ -233,36 +205,38 @@ impl Brush {
         Self { radius_m, corners: (0..count).map(corner).collect() }
     }
 
-    /// Gives the hull of the brush over each side of a line, as far as the side lies in a region.
+    /// Gives the hull of the brush, grown by a scale, over each side of a line, as far as the side lies in a region and is wanted.
     fn draw(
         &self,
         line: &[Point],
-        near: &Region,
+        (near, wanted, scale): (&Region, &dyn Fn(Point, Point) -> bool, &dyn Fn(Point, Point) -> f64),
         contour: &mut Vec<IntPoint<i32>>,
         mut give: impl FnMut(&[IntPoint<i32>]),
     ) {
         let count = self.corners.len();
-        let at = |centre: Point, n: usize| {
+        let at = |centre: Point, scale: f64, n: usize| {
             let corner = self.corners[n % count];
-            on_grid(Point { x: centre.x + corner.x, y: centre.y + corner.y })
+            on_grid(Point { x: centre.x + scale * corner.x, y: centre.y + scale * corner.y })
         };
         if let [point] = line
             && near.clip(*point, *point).is_some()
+            && wanted(*point, *point)
         {
             contour.clear();
-            contour.extend((0..count).map(|n| at(*point, n)));
+            contour.extend((0..count).map(|n| at(*point, scale(*point, *point), n)));
             give(contour);
         }
         for side in line.windows(2) {
-            let Some((a, b)) = near.clip(side[0], side[1]) else { continue };
+            let Some((a, b)) = near.clip(side[0], side[1]).filter(|(a, b)| wanted(*a, *b)) else { continue };
             let ahead_rad = (b.y - a.y).atan2(b.x - a.x);
             // The corner farthest to the right of the way, and the opposite one, belong to both ends.
             let right = (ahead_rad / std::f64::consts::TAU - 0.25) * count as f64;
             let right = right.round().rem_euclid(count as f64) as usize;
             contour.clear();
             let half = count / 2;
-            contour.extend((0..=half).map(|n| at(b, right + n)));
-            contour.extend((half..=count).map(|n| at(a, right + n)));
+            let grown = scale(a, b);
+            contour.extend((0..=half).map(|n| at(b, grown, right + n)));
+            contour.extend((half..=count).map(|n| at(a, grown, right + n)));
             give(contour);
         }
     }

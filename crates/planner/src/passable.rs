@@ -6,8 +6,9 @@
 
 use crate::Cancel;
 use crate::needs::Needs;
-use crate::obstacles::{Region, cut_out_m, least_cut_out_m};
+use crate::obstacles::{cut_out_m, least_cut_out_m};
 use crate::plane::Point;
+use crate::region::Region;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
 use crate::side::{Gap, Kind, Reach, Trouble};
@@ -47,6 +48,8 @@ pub struct Passable {
     pub by_rule_alone: bool,
     /// There is one outside the allowed zone or through forbidden ones: they alone are in the way.
     pub by_zones_alone: bool,
+    /// Smaller demands were not looked for: the charts around the ends are too much for that.
+    pub not_looked: bool,
 }
 
 /// A gap between what a way has to keep clear of.

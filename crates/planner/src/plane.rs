@@ -99,6 +99,11 @@ impl Plane {
         Point { x: self.diameter_m * cos_chi * sin_l / b, y: self.diameter_m * north / b }
     }
 
+    /// How much longer what lies at a point is in the plane than on the sea.
+    pub(crate) fn scale(&self, at: Point) -> f64 {
+        1.0 + (at.x * at.x + at.y * at.y) / (self.diameter_m * self.diameter_m)
+    }
+
     /// The place of a point.
     pub fn place(&self, point: Point) -> LatLon {
         let (x, y) = (point.x / self.diameter_m, point.y / self.diameter_m);
@@ -149,6 +154,20 @@ mod tests {
             let plane_m = point.distance_m(Point::default());
             let scale = 1.0 + (geodesic_m / (2.0 * 6.38e6)).powi(2) / 3.0;
             assert!((plane_m / geodesic_m - scale).abs() < 2e-6, "{plane_m} {geodesic_m}");
+        }
+    }
+
+    #[test]
+    fn lengths_far_from_the_middle_are_told_by_the_scale() {
+        let plane = Plane::new(LatLon::from_deg(63.44, 10.35).unwrap());
+        for (lat, lon) in [(63.44, 10.36), (66.0, 10.35), (68.5, 14.0), (60.0, 2.0)] {
+            let [one, other] = [lat, lat + 0.01].map(|lat| plane.point(LatLon::from_deg(lat, lon).unwrap()));
+            let geodesic_m: f64 = Geodesic::wgs84().inverse(lat, lon, lat + 0.01, lon);
+            let scale = one.distance_m(other) / geodesic_m;
+            assert!(
+                (plane.scale(one.towards(other, 0.5)) / scale - 1.0).abs() < 2e-5,
+                "{scale} at {lat}, {lon}"
+            );
         }
     }
 

@@ -4,17 +4,21 @@ use crate::Cancel;
 use crate::boxes::{Bounds, Boxes};
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
-use crate::obstacles::{Cut, Region, SLACK_M, cut_out, project};
+use crate::obstacles::{Cut, Pieces, SLACK_M, cut_out, joined, project};
 use crate::plane::{Plane, Point, sides};
+use crate::region::Region;
+use crate::tile::Tiles;
 use crate::walls::Walls;
 use crate::zones::Zones;
-use charts::depth_index::{ClosingLine, DepthIndex, GeoBox};
+use charts::depth_index::{ChartTrust, ClosingLine, DepthIndex, GeoBox};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use units::LatLon;
 
 /// Around the whole chart (m).
 const MARGIN_M: f64 = 500.0;
+/// Farther than this from every danger is not measured (m).
+pub(crate) const FAR_M: f64 = 5_000.0;
 /// Clearances are measured in pieces of a leg so long (m).
 const PIECE_M: f64 = 250.0;
 /// Points on each border of a box that is brought from the plane to the globe or back.
@@ -48,6 +52,8 @@ pub struct SeaRoom {
     tree: Boxes,
     /// How far from every barrier it keeps, without what is allowed for rounding and bowing (m).
     cut_m: f64,
+    /// The greatest scale of the plane in it.
+    scale: f64,
     /// Pieces of water that reach the border of the region: these alone may go on beyond it.
     leading_out: BTreeSet<u32>,
 }
@@ -91,31 +97,90 @@ impl SeaRoom {
         needs.validate()?;
         let plane = Plane::new(middle);
         let region = Region { min: Point { x: -east_m, y: -north_m }, max: Point { x: east_m, y: north_m } };
-        let reach_m = needs.reach_m();
-        let barriers = index.barriers(&needs.demand, &box_of(region, &plane, 2.0 * reach_m + MARGIN_M));
-        cancel.check()?;
-        let lines = project(&barriers.lines, &plane);
-        let clearance_m = reach_m + barriers.wider_m;
-        // A large region's memory is what counts aboard, and this is in the plane by now.
-        drop(barriers);
-        let borders = zones.borders(&plane);
-        let cuts =
-            [Cut { lines: &lines, clearance_m }, Cut { lines: &borders, clearance_m: zones.margin_m() }];
-        let pieces = cut_out(region, &cuts, cancel)?;
+        let Cutting { pieces, lines, cut_m, scale } =
+            Cutter { index, needs, zones, plane: &plane, cancel }.cut(region, MARGIN_M)?;
+        let barriers = lines.iter().flat_map(|line| sides(line)).collect();
+        // The memory of a large region is what counts aboard.
+        drop(lines);
+        let parts = Parts { region, pieces, barriers, cut_m, scale };
+        let mut room = Self::divided(index, (needs, zones), plane, parts, cancel)?;
+        room.leading_out = room.mesh.pieces_at(|at| region.is_at_border(at));
+        Ok(room)
+    }
+
+    /// Prepares the water of some tiles as one; the chart is read tile by tile.
+    pub(crate) fn of_tiles(
+        index: &DepthIndex,
+        (needs, zones): (&Needs, &Arc<Zones>),
+        Tiles { grid, tiles }: &Tiles,
+        cancel: &Cancel<'_>,
+    ) -> Result<Self, PlanError> {
+        needs.validate()?;
+        let plane = Plane::new(grid.middle);
+        let cutter = Cutter { index, needs, zones, plane: &plane, cancel };
+        let (mut pieces, mut barriers, mut corners) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut cut_m, mut scale) = (0.0_f64, 1.0_f64);
+        for tile in tiles.iter() {
+            let region = grid.region(*tile);
+            // What lies just outside of these tiles is not their water, but clearances are measured to it.
+            let part = cutter.cut(region, FAR_M)?;
+            (cut_m, scale) = (cut_m.max(part.cut_m), scale.max(part.scale));
+            pieces.extend(part.pieces);
+            corners.extend([region.min, region.max]);
+            let around = region.wider(FAR_M);
+            // What lies in another one of these tiles comes with that.
+            barriers.extend(part.lines.iter().flat_map(|line| sides(line)).filter(|side| {
+                let home = grid.tile(side[0]);
+                home == *tile || !tiles.contains(&home) && around.holds(side[0])
+            }));
+        }
+        let order = |side: &[Point; 2]| side.map(|at| [at.x.to_bits(), at.y.to_bits()]);
+        barriers.sort_unstable_by_key(order);
+        barriers.dedup();
+        let region = Region::of(&corners);
+        let pieces = if tiles.len() == 1 { pieces } else { joined(&pieces) };
+        let mut room = Self::divided(
+            index,
+            (needs, zones),
+            plane,
+            Parts { region, pieces, barriers, cut_m, scale },
+            cancel,
+        )?;
+        // What lies beyond tiles was not looked at.
+        room.leading_out = room.mesh.piece.iter().copied().collect();
+        Ok(room)
+    }
+
+    /// The open pieces of a region, as triangles.
+    fn divided(
+        index: &DepthIndex,
+        (needs, zones): (&Needs, &Arc<Zones>),
+        plane: Plane,
+        Parts { region, pieces, barriers, cut_m, scale }: Parts,
+        cancel: &Cancel<'_>,
+    ) -> Result<Self, PlanError> {
         // The chart itself says which pieces are open: by the very question that legs are asked.
         let is_open = |at: Point| {
             let place = plane.place(at);
             zones.allow(place) && index.shallowest_within(place, needs.clearance_m, &needs.demand).navigable
         };
         let mesh = Mesh::new(pieces, is_open, cancel)?;
-        let leading_out = mesh.pieces_at(|at| region.is_at_border(at));
-        let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
         let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
         let tree = Boxes::new(&bounds);
-        let borders = borders.iter().flat_map(|border| sides(border)).collect();
-        let zones = Arc::clone(zones);
-        let cut_m = clearance_m;
-        Ok(Self { needs: *needs, zones, borders, plane, region, mesh, barriers, tree, cut_m, leading_out })
+        let borders = zones.borders(&plane).iter().flat_map(|border| sides(border)).collect();
+        Ok(Self {
+            needs: *needs,
+            zones: Arc::clone(zones),
+            borders,
+            plane,
+            region,
+            mesh,
+            barriers,
+            tree,
+            cut_m,
+            scale,
+            leading_out: BTreeSet::new(),
+        })
     }
 
     /// What it was made for.
@@ -131,6 +196,11 @@ impl SeaRoom {
     /// Number of its triangles.
     pub fn triangles(&self) -> usize {
         self.mesh.corners.len()
+    }
+
+    /// How many straight parts it has of what its ways keep clear of.
+    pub(crate) fn barriers(&self) -> usize {
+        self.barriers.len()
     }
 
     /// About how much memory it takes (bytes).
@@ -210,8 +280,9 @@ impl SeaRoom {
 
     fn keeps_from_borders(&self, from: Point, to: Point, off_m: f64) -> bool {
         let leg = Bounds::of(&[from, to]);
-        let near = self.borders.iter().filter(|side| Bounds::of(*side).distance_m(&leg) <= off_m);
-        near.into_iter().all(|[a, b]| distance(from, to, *a, *b).0 > off_m)
+        let near =
+            self.borders.iter().filter(|side| Bounds::of(*side).distance_m(&leg) <= off_m * self.scale);
+        near.into_iter().all(|[a, b]| self.distance_m((from, to), (*a, *b)).0 > off_m)
     }
 
     /// How far a leg keeps from the nearest barrier (m), and where; `None` if no barrier is so near.
@@ -223,16 +294,76 @@ impl SeaRoom {
         for piece in 0..pieces {
             let (from, to) = (at(piece), at(piece + 1));
             let within_m = nearest.map_or(within_m, |(held_m, _)| held_m);
-            self.tree.nearest(&Bounds::of(&[from, to]), within_m, |side| {
+            self.tree.nearest(&Bounds::of(&[from, to]), within_m * self.scale, |side| {
                 let [a, b] = self.barriers[side as usize];
-                let (distance_m, at) = distance(from, to, a, b);
+                let (distance_m, at) = self.distance_m((from, to), (a, b));
                 if distance_m <= within_m && nearest.is_none_or(|(held_m, _)| distance_m < held_m) {
                     nearest = Some((distance_m, at));
                 }
-                nearest.map_or(within_m, |(held_m, _)| held_m)
+                nearest.map_or(within_m, |(held_m, _)| held_m) * self.scale
             });
         }
         nearest
+    }
+
+    /// Distance of two segments on the sea (m), and the point of the second that is nearest.
+    fn distance_m(&self, (from, to): (Point, Point), (a, b): (Point, Point)) -> (f64, Point) {
+        let (distance_m, at) = distance(from, to, a, b);
+        (distance_m / self.plane.scale(at), at)
+    }
+}
+
+/// What a room is made of.
+struct Parts {
+    region: Region,
+    pieces: Pieces,
+    barriers: Vec<[Point; 2]>,
+    cut_m: f64,
+    scale: f64,
+}
+
+/// What is left of a region, and the chart's lines around it.
+struct Cutting {
+    pieces: Pieces,
+    lines: Vec<Vec<Point>>,
+    /// How far from every line water was cut out (m), without what is allowed for rounding and bowing.
+    cut_m: f64,
+    /// The greatest scale of the plane there.
+    scale: f64,
+}
+
+/// Cuts what is closed out of regions of a plane.
+struct Cutter<'a> {
+    index: &'a DepthIndex,
+    needs: &'a Needs,
+    zones: &'a Arc<Zones>,
+    plane: &'a Plane,
+    cancel: &'a Cancel<'a>,
+}
+
+impl Cutter<'_> {
+    /// Cuts a region out of the chart's lines that come nearer to it than twice the reach and this (m).
+    fn cut(&self, region: Region, margin_m: f64) -> Result<Cutting, PlanError> {
+        let Self { index, needs, zones, plane, cancel } = *self;
+        let reach_m = needs.reach_m();
+        let barriers = index.barriers(&needs.demand, &box_of(region, plane, 2.0 * reach_m + margin_m));
+        cancel.check()?;
+        let lines = project(&barriers.lines, plane);
+        let cut_m = reach_m + barriers.wider_m;
+        // A large region's memory is what counts aboard, and this is in the plane by now.
+        drop(barriers);
+        // In the plane everything is longer, by up to 0.2 % at 600 km from the middle, and so is the clearance.
+        let around = region.wider(2.0 * cut_m).ring();
+        let scale = around.into_iter().map(|corner| plane.scale(corner)).fold(1.0, f64::max);
+        let borders = zones.borders(plane);
+        // Lines are read by the least confidence of all charts, and legs are judged by that of the chart at their place: where
+        // depths are not trusted as charted, the two differ, and a hole in what is cut out may be open.
+        let closed_m = (needs.demand.trust == ChartTrust::AsCharted).then_some(reach_m);
+        let cuts = [
+            Cut { lines: &lines, clearance_m: cut_m, plane: Some(plane), closed_m },
+            Cut { lines: &borders, clearance_m: zones.margin_m(), plane: Some(plane), closed_m: None },
+        ];
+        Ok(Cutting { pieces: cut_out(region, &cuts, cancel)?, lines, cut_m, scale })
     }
 }
 
@@ -261,7 +392,8 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
     // Between the points that are looked at, the border of the box bows by far less than a share of its size.
     let more_m = margin_m + 0.02 * (max.x - min.x).max(max.y - min.y);
     let border = border_of([min.x - more_m, min.y - more_m], [max.x + more_m, max.y + more_m]);
-    let middle = plane.place(Point::default());
+    // Longitudes are taken from that of the region's own middle: it may lie far from the plane's, and beyond a pole.
+    let middle = plane.place(min.towards(max, 0.5));
     let mut found =
         GeoBox { west_deg: 0.0, east_deg: 0.0, south_deg: middle.lat_deg(), north_deg: middle.lat_deg() };
     for [x, y] in border {
@@ -273,7 +405,10 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
         found.north_deg = found.north_deg.max(place.lat_deg());
     }
     if found.east_deg - found.west_deg > 350.0 || found.north_deg > 88.0 || found.south_deg < -88.0 {
-        return GeoBox { west_deg: -180.0, east_deg: 180.0, ..found };
+        // Around a pole, which may lie within.
+        let (south_deg, north_deg) =
+            if middle.lat_deg() > 0.0 { (found.south_deg, 90.0) } else { (-90.0, found.north_deg) };
+        return GeoBox { west_deg: -180.0, east_deg: 180.0, south_deg, north_deg };
     }
     let lon_deg = |east_deg: f64| units::wrap_pi(middle.lon_rad() + east_deg.to_radians()).to_degrees();
     GeoBox { west_deg: lon_deg(found.west_deg), east_deg: lon_deg(found.east_deg), ..found }

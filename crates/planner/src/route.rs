@@ -6,7 +6,7 @@ use crate::needs::{Needs, NeedsError};
 use crate::objective::{LegCost, Objective};
 use crate::obstacles;
 use crate::plane::Point;
-use crate::room::{PlanError, SeaRoom};
+use crate::room::{FAR_M, PlanError, SeaRoom};
 use crate::sailing::Wish;
 use crate::search::{self, Effort};
 use crate::tidy::tidy;
@@ -16,8 +16,6 @@ use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Restricted, Restriction,
 use std::fmt;
 use units::LatLon;
 
-/// Farther than this from every danger is not measured (m).
-const FAR_M: f64 = 5_000.0;
 /// A leg that the chart does not confirm as one geodesic is halved so often at most: a long one bows in the plane.
 const MOST_HALVINGS: u32 = 7;
 /// Beyond the allowed distance, water is looked for so far, to say where it is (m).
@@ -163,6 +161,8 @@ pub struct Route {
     pub moved_goal: Option<Moved>,
     /// What finding it took.
     pub effort: Effort,
+    /// Only part of the water was looked at in full, as there is too much of it: other water may hold a shorter way.
+    pub of_part: bool,
     /// Other routes between the same places, as far as they were asked for: the shortest of them first. A route by way of
     /// several places has none.
     pub alternatives: Vec<Route>,
@@ -189,6 +189,7 @@ impl Route {
         self.legs.extend(next.legs);
         self.moved_goal = next.moved_goal;
         self.effort = self.effort.and(next.effort);
+        self.of_part |= next.of_part;
         self.alternatives.clear();
         self
     }
@@ -292,14 +293,38 @@ pub enum Refusal {
         /// Where.
         at: String,
     },
-    /// Start and goal are farther apart than routes are planned.
+    /// Water that was looked at holds no way, and not all water was looked at.
     #[error(
-        "start and goal are {straight_km:.0} km apart; routes are planned up to {most_km:.0} km: add places on the way"
+        "no route was found in the water that was looked at, up to {looked_km:.0} km from the start; the nearest place there that \
+         can be reached is {gap_m:.0} m from the goal: add places on the way"
     )]
+    Unknown {
+        /// How far from the start it was looked (km).
+        looked_km: f64,
+        /// The place nearest to the goal that can be reached, as far as it was looked.
+        nearest: LatLon,
+        /// How far that is from the goal (m).
+        gap_m: f64,
+    },
+    /// Start and goal are farther apart than routes are planned.
+    #[error("{}", too_far_text(*.straight_km, *.most_km, .by))]
     TooFar {
         /// The straight distance (km).
         straight_km: f64,
         /// The greatest one (km).
+        most_km: f64,
+        /// Places on a way there that is deep enough, if one is known; a route by way of them has shorter stretches.
+        by: Vec<LatLon>,
+    },
+    /// Where no region holds the way, only the shortest is planned, and another objective was asked for.
+    #[error(
+        "start and goal are {straight_km:.0} km apart in detailed charts, where only the shortest route is planned; other objectives \
+         are planned up to {most_km:.0} km: ask for the shortest, or add places on the way"
+    )]
+    ShortestOnly {
+        /// The straight distance (km).
+        straight_km: f64,
+        /// The greatest one for an objective (km).
         most_km: f64,
     },
     /// A route is longer than one that is of use.
@@ -322,6 +347,15 @@ impl From<PlanError> for Refusal {
             other => Self::Plan(other),
         }
     }
+}
+
+fn too_far_text(straight_km: f64, most_km: f64, by: &[LatLon]) -> String {
+    let places: Vec<String> =
+        by.iter().map(|place| format!("{:.4}, {:.4}", place.lat_deg(), place.lon_deg())).collect();
+    let such_as = if places.is_empty() { String::new() } else { format!(", such as {}", places.join("; ")) };
+    format!(
+        "start and goal are {straight_km:.0} km apart; routes are planned up to {most_km:.0} km: add places on the way{such_as}"
+    )
 }
 
 fn closed_text(
@@ -428,6 +462,7 @@ impl Question<'_> {
             moved_start,
             moved_goal,
             effort,
+            of_part: false,
             alternatives: Vec::new(),
             shortest: None,
             through_water_mps: None,
@@ -449,6 +484,15 @@ impl Question<'_> {
         let leads_out = |stand: &Stand| self.room.leads_out(self.room.mesh.piece[stand.triangle as usize]);
         ends.into_iter()
             .any(|(end, place)| self.stand(end, place).is_ok_and(|stands| !stands.iter().any(leads_out)))
+    }
+
+    /// Why no way begins or ends at an end, if so.
+    pub(crate) fn closed(&self, end: End) -> Option<Refusal> {
+        let place = match end {
+            End::Start => self.request.from,
+            End::Goal => self.request.to,
+        };
+        self.stand(end, place).err()
     }
 
     /// Both ends in open water, in the same piece of it if there is a choice.

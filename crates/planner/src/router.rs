@@ -1,69 +1,64 @@
 //! Answers requests on a chart, and keeps the sea room that it made for them.
 
 use crate::Cancel;
+use crate::known::Known;
+use crate::long::{Limits, Long};
 use crate::needs::{Needs, NeedsError};
 use crate::objective::{Aim, Objective};
 use crate::passable::{Passable, Search};
-use crate::plane::Plane;
 use crate::room::{PlanError, SeaRoom};
+use crate::rooms::{Rooms, Square, Water};
 use crate::route::{Question, Refusal, Request, Route};
 use crate::sailing::Wish;
 use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, Leg};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use units::LatLon;
 
 /// A chart set with no more vertices, and no wider, is prepared as a whole.
 const WHOLE_VERTICES: usize = 600_000;
 const WHOLE_DEG: f64 = 8.0;
-/// Rooms that are kept where nothing else is said; the one not asked for longest goes first.
-const MOST_ROOMS: usize = 8;
-/// More memory than this they do not take together, but for the one that was asked for last (bytes).
-const MOST_BYTES: usize = 96 << 20;
 /// Regions over charts of more vertices are not prepared, but for the smallest: so many take some 10 s and 200 MiB.
 const MOST_VERTICES: usize = 12_000_000;
+/// Corridors of long ways hold no more straight parts of what they keep clear of: so many take some 60 MiB.
+const MOST_BARRIERS: usize = 600_000;
+/// For one way no more tiles are looked at: twice as many as the corridor of a way of 800 km through open water has.
+const MOST_TILES: usize = 2_000;
+/// Side of the tiles of a long way (m).
+const TILE_M: f64 = 20_000.0;
+/// Ends this many tiles apart lie in a corridor of few tiles.
+const TILES_APART: f64 = 4.0;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];
 
 /// Farthest that start and goal may lie apart (m): the largest region holds both, with room around them.
 const FARTHEST_M: f64 = 800_000.0;
 
+/// How charts are divided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Division {
+    Whole,
+    Regions,
+    /// All ways are looked for as long ones are.
+    Tiles,
+}
+
 /// Plans on one chart.
 ///
 /// May be asked from several threads; two that need the same room at once may both prepare it.
 #[derive(Debug)]
 pub struct Router {
-    index: Arc<DepthIndex>,
-    whole: bool,
-    most_rooms: usize,
+    division: Division,
     most_vertices: usize,
-    zones: Arc<Zones>,
+    most_barriers: usize,
+    most_tiles: usize,
+    tile_m: f64,
     /// What routes are good for; `None` for the shortest.
     objective: Option<Arc<Objective>>,
     /// The speed through the water of all stretches, once it is chosen (m/s).
     pace_mps: Option<f64>,
-    rooms: Arc<Mutex<Vec<Kept>>>,
-}
-
-#[derive(Debug, Clone)]
-struct Kept {
-    key: Key,
-    room: Arc<SeaRoom>,
-}
-
-/// Needs and zones, and of which region: `None` of the whole chart.
-#[derive(Debug, Clone, PartialEq)]
-struct Key {
-    needs: Needs,
-    zones: Arc<Zones>,
-    region: Option<Square>,
-}
-
-/// A square region around a middle on a coarse grid, so that requests near each other share it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Square {
-    middle: LatLon,
-    half_m: f64,
+    rooms: Rooms,
+    known: Known,
 }
 
 impl Router {
@@ -74,28 +69,33 @@ impl Router {
                 && extent.north_deg - extent.south_deg <= WHOLE_DEG
         });
         let whole = narrow && index.vertex_count() <= WHOLE_VERTICES;
-        let (most_rooms, most_vertices) = (MOST_ROOMS, MOST_VERTICES);
         Self {
-            index,
-            whole,
-            most_rooms,
-            most_vertices,
-            zones: Arc::default(),
+            division: if whole { Division::Whole } else { Division::Regions },
+            most_vertices: MOST_VERTICES,
+            most_barriers: MOST_BARRIERS,
+            most_tiles: MOST_TILES,
+            tile_m: TILE_M,
             objective: None,
             pace_mps: None,
-            rooms: Arc::default(),
+            rooms: Rooms::new(index),
+            known: Known::default(),
         }
     }
 
     /// Over a chart that is prepared region by region, whatever its size.
     pub fn by_regions(index: Arc<DepthIndex>) -> Self {
-        Self { whole: false, ..Self::new(index) }
+        Self { division: Division::Regions, ..Self::new(index) }
+    }
+
+    /// Over a chart where each way is looked for as a long one is, by tiles with sides of so many metres.
+    pub fn by_tiles(index: Arc<DepthIndex>, tile_m: f64) -> Self {
+        Self { division: Division::Tiles, tile_m: tile_m.max(100.0).round(), ..Self::new(index) }
     }
 
     /// With so many rooms kept at most, and never less than one, where memory is short.
     #[must_use]
     pub fn keeping(self, most_rooms: usize) -> Self {
-        Self { most_rooms: most_rooms.max(1), ..self }
+        Self { rooms: self.rooms.keeping(most_rooms), ..self }
     }
 
     /// With regions, but for the smallest, over charts of so many vertices at most.
@@ -104,17 +104,30 @@ impl Router {
         Self { most_vertices, ..self }
     }
 
+    /// With corridors of long ways that hold no more straight parts of what ways keep clear of.
+    #[must_use]
+    pub fn in_corridors(self, most_barriers: usize) -> Self {
+        Self { most_barriers, ..self }
+    }
+
+    /// With so many tiles looked at for a long way at most; where they do not hold it, the answer is that it is not known. With 0
+    /// long ways are refused at once.
+    #[must_use]
+    pub fn looking_at(self, most_tiles: usize) -> Self {
+        Self { most_tiles, ..self }
+    }
+
     /// For ways that keep to zones; it shares the water that is kept with this one.
     #[must_use]
     pub fn in_zones(&self, zones: Zones) -> Self {
-        Self { zones: Arc::new(zones), ..self.shared() }
+        Self { rooms: self.rooms.in_zones(zones), ..self.shared() }
     }
 
     /// For the best routes by an objective; it shares the water that is kept with this one.
     ///
     /// They are looked for in the region that is prepared for the shortest route, and never cost more than that one; where
     /// they are another one, [`Route::shortest`] has the shortest to compare with. How near they come to the best way is
-    /// said at `weighing`.
+    /// said at `weighing`. Where no region holds the way, only the shortest is planned: [`Refusal::ShortestOnly`].
     ///
     /// # Errors
     /// The first value of the objective that is out of range.
@@ -125,22 +138,37 @@ impl Router {
     }
 
     fn shared(&self) -> Self {
-        let (zones, objective) = (Arc::clone(&self.zones), self.objective.clone());
-        Self { index: Arc::clone(&self.index), zones, objective, rooms: Arc::clone(&self.rooms), ..*self }
+        let objective = self.objective.clone();
+        Self { objective, rooms: self.rooms.clone(), known: self.known.clone(), ..*self }
     }
 
     /// The chart.
     pub fn index(&self) -> &Arc<DepthIndex> {
-        &self.index
+        &self.rooms.index
     }
 
-    /// The shortest way. The first request with new needs prepares the water, which can take a second.
+    /// Whether a route by way of these places has a stretch for which no region is prepared, but a corridor: the first time
+    /// that takes tens of seconds.
+    pub fn is_long(&self, places: &[LatLon], needs: &Needs) -> bool {
+        places.windows(2).any(|ends| {
+            let straight_m = Leg { from: ends[0], to: ends[1] }.length_m();
+            self.division == Division::Regions
+                && self.most_tiles > 0
+                && straight_m <= FARTHEST_M
+                && squares([ends[0], ends[1]], straight_m)
+                    .next()
+                    .is_some_and(|square| self.is_too_much(&square, needs))
+        })
+    }
+
+    /// The shortest way. The first request with new needs prepares the water, which can take a second, and tens of
+    /// seconds for a long way ([`Self::is_long`]).
     ///
     /// # Errors
     /// The reason that no route exists.
     pub fn route(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
         let mut route = request.not_too_long(self.stretch(request, (needs, None), cancel)?)?;
-        route.judge_turns(request, &self.index, needs, &self.zones);
+        route.judge_turns(request, &self.rooms.index, needs, &self.rooms.zones);
         Ok(route)
     }
 
@@ -156,19 +184,32 @@ impl Router {
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
         // Nothing is prepared for a way that is too long in any case: the farther the ends, the more memory that takes.
         request.not_longer(straight_m)?;
-        if self.whole {
-            return self.ask(None, request, (needs, before), cancel).map(|(route, _)| route);
+        match self.division {
+            Division::Whole => {
+                return self.ask(&Water::Whole, request, (needs, before), cancel).map(|(route, _)| route);
+            }
+            Division::Tiles => return self.long(request, needs, TILES_APART * self.tile_m, cancel),
+            Division::Regions => {}
         }
+        let too_far = |most_m: f64| {
+            Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: most_m / 1e3, by: Vec::new() })
+        };
         if straight_m > FARTHEST_M {
-            return Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: FARTHEST_M / 1e3 });
+            return too_far(FARTHEST_M);
         }
         let mut answer = Err(PlanError::Geometry("no region holds both ends".to_owned()).into());
-        for (turn, square) in squares(request, straight_m).enumerate() {
+        let mut looked_m = 0.0;
+        for (turn, square) in squares([request.from, request.to], straight_m).enumerate() {
             if self.is_too_much(&square, needs) {
-                // What a smaller region said holds, if there was one.
-                return if turn > 0 { answer } else { Err(self.too_far(straight_m, &square, needs)) };
+                let apart_m = self.apart_m(&square, needs);
+                return match (turn, self.most_tiles) {
+                    (0, 0) => too_far(apart_m),
+                    (0, _) => self.long(request, needs, apart_m, cancel),
+                    _ => of_part(answer, looked_m),
+                };
             }
-            answer = match self.ask(Some(square), request, (needs, before), cancel) {
+            looked_m = square.half_m - 0.5 * straight_m;
+            answer = match self.ask(&Water::Square(square), request, (needs, before), cancel) {
                 // No way that leaves the region can be shorter.
                 Ok((route, least_out_m)) if route.shortest_m() <= least_out_m => return Ok(route),
                 Ok((route, _)) => Ok(route),
@@ -183,10 +224,10 @@ impl Router {
             };
             // A way stays within half its length of the middle between its ends, and the region's middle lies near that.
             if request.longest_m.is_some_and(|longest_m| square.half_m >= 0.6 * longest_m) {
-                break;
+                return answer;
             }
         }
-        answer
+        of_part(answer, looked_m)
     }
 
     /// The shortest way by way of all these places, in order; the request says what holds for each stretch.
@@ -224,7 +265,7 @@ impl Router {
         let mut whole = whole.ok_or((0, PlanError::Geometry("no place was given".to_owned()).into()))?;
         whole = request.not_too_long(whole).map_err(|refusal| (places.len().saturating_sub(2), refusal))?;
         // With the turns at places on the way.
-        whole.judge_turns(request, &self.index, needs, &self.zones);
+        whole.judge_turns(request, &self.rooms.index, needs, &self.rooms.zones);
         Ok(whole)
     }
 
@@ -258,8 +299,13 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<Passable, PlanError> {
-        let room = self.room(self.key(needs, self.smallest_square(request)), cancel)?;
-        Search::new(&room, &self.index, request, cancel)
+        let water = self.smallest_water(request);
+        if matches!(&water, Water::Square(square) if self.is_too_much(square, needs)) {
+            // What parts the ends is looked for among all lines around them, and these are too many.
+            return Ok(Passable { not_looked: true, ..Passable::default() });
+        }
+        let room = self.rooms.room(needs, water, cancel)?;
+        Search::new(&room, &self.rooms.index, request, cancel)
             .map_or_else(|| Ok(Passable::default()), Search::answer)
     }
 
@@ -267,17 +313,32 @@ impl Router {
     fn is_too_much(&self, square: &Square, needs: &Needs) -> bool {
         let preferred = self.objective.iter().flat_map(|objective| objective.preferred(needs)).flatten();
         let mut all = std::iter::once(*needs).chain(preferred);
-        let vertices = |needs| SeaRoom::vertices(&self.index, &needs, square.middle, square.half_m);
+        let vertices = |needs| SeaRoom::vertices(&self.rooms.index, &needs, square.middle, square.half_m);
         square.half_m > HALVES_M[0] && all.any(|needs| vertices(needs) > self.most_vertices)
     }
 
-    /// How far apart ends may lie around the middle of a region that is too much.
-    fn too_far(&self, straight_m: f64, square: &Square, needs: &Needs) -> Refusal {
+    /// How far apart ends may lie around the middle of a region that is too much (m).
+    fn apart_m(&self, square: &Square, needs: &Needs) -> f64 {
         let enough = |half_m: &f64| {
             *half_m == HALVES_M[0] || !self.is_too_much(&Square { half_m: *half_m, ..*square }, needs)
         };
-        let half_m = HALVES_M.into_iter().rev().find(enough).unwrap_or(HALVES_M[0]);
-        Refusal::TooFar { straight_km: straight_m / 1e3, most_km: apart_m(half_m) / 1e3 }
+        apart_m(HALVES_M.into_iter().rev().find(enough).unwrap_or(HALVES_M[0]))
+    }
+
+    fn long(
+        &self,
+        request: &Request,
+        needs: &Needs,
+        apart_m: f64,
+        cancel: &Cancel<'_>,
+    ) -> Result<Route, Refusal> {
+        if self.objective.is_some() {
+            let straight_m = Leg { from: request.from, to: request.to }.length_m();
+            return Err(Refusal::ShortestOnly { straight_km: straight_m / 1e3, most_km: apart_m / 1e3 });
+        }
+        let Self { tile_m, most_barriers, most_tiles, .. } = *self;
+        let limits = Limits { tile_m, most_barriers, most_tiles, apart_m };
+        Long::new((&self.rooms, &self.known), limits, request, needs, cancel).route()
     }
 
     fn is_enclosed(
@@ -287,41 +348,38 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<bool, PlanError> {
-        let room = self.room(self.key(needs, Some(square)), cancel)?;
-        Ok(Question { room: &room, index: &self.index, request, wish: None, cancel }.is_enclosed())
+        let room = self.rooms.room(needs, Water::Square(square), cancel)?;
+        Ok(Question { room: &room, index: &self.rooms.index, request, wish: None, cancel }.is_enclosed())
     }
 
-    /// How many rooms are kept, and about how much memory they take (bytes).
+    /// How many rooms are kept, and about how much memory they take with the doors of tiles (bytes).
     pub fn kept(&self) -> (usize, usize) {
-        let rooms = self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
-        (rooms.len(), rooms.iter().map(|kept| kept.room.bytes()).sum())
+        let (rooms, bytes) = self.rooms.held();
+        (rooms, bytes + self.known.bytes())
     }
 
-    fn key(&self, needs: &Needs, region: Option<Square>) -> Key {
-        Key { needs: *needs, zones: Arc::clone(&self.zones), region }
-    }
-
-    fn smallest_square(&self, request: &Request) -> Option<Square> {
+    fn smallest_water(&self, request: &Request) -> Water {
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
-        if self.whole { None } else { squares(request, straight_m).next() }
+        let square = squares([request.from, request.to], straight_m).next();
+        square.filter(|_| self.division != Division::Whole).map_or(Water::Whole, Water::Square)
     }
 
     fn ask(
         &self,
-        region: Option<Square>,
+        water: &Water,
         request: &Request,
         (needs, before): (&Needs, Option<&Route>),
         cancel: &Cancel<'_>,
     ) -> Result<(Route, f64), Refusal> {
-        let room = self.room(self.key(needs, region), cancel)?;
+        let room = self.rooms.room(needs, water.clone(), cancel)?;
+        let index = &self.rooms.index;
         if self.objective.as_ref().is_some_and(|one| one.preferred(needs).iter().any(Option::is_some)) {
             // Preferred water is prepared only where there is a route.
             let request = &Request { alternatives: 0, ..*request };
-            Question { room: &room, index: &self.index, request, wish: None, cancel }.answer()?;
+            Question { room: &room, index, request, wish: None, cancel }.answer()?;
         }
-        let wish = self.wish(region, (needs, before), cancel)?;
-        let route =
-            Question { room: &room, index: &self.index, request, wish: wish.as_ref(), cancel }.answer()?;
+        let wish = self.wish(water, (needs, before), cancel)?;
+        let route = Question { room: &room, index, request, wish: wish.as_ref(), cancel }.answer()?;
         let ends = [request.from, request.to].map(|place| room.plane().point(place));
         Ok((route, room.least_way_out_m(ends[0], ends[1])))
     }
@@ -329,53 +387,29 @@ impl Router {
     /// The objective of a stretch, with the water that it prefers.
     fn wish(
         &self,
-        region: Option<Square>,
+        water: &Water,
         (needs, before): (&Needs, Option<&Route>),
         cancel: &Cancel<'_>,
     ) -> Result<Option<Wish>, PlanError> {
         let Some(objective) = &self.objective else { return Ok(None) };
         let preferred = objective.preferred(needs).into_iter().flatten();
-        let preferred = preferred.map(|needs| self.room(self.key(&needs, region), cancel));
+        let preferred = preferred.map(|needs| self.rooms.room(&needs, water.clone(), cancel));
         let preferred = preferred.collect::<Result<_, _>>()?;
         let before = before.filter(|_| objective.currents.varies_in_time());
         let since = |before: &Route| objective.estimate_s(&before.lines(), before.speed_mps(objective));
         let since_s = before.map_or(0.0, since);
         Ok(Some(Wish { objective: Arc::clone(objective), preferred, since_s, pace_mps: self.pace_mps }))
     }
+}
 
-    /// The water for these needs, prepared now if it is not kept.
-    fn room(&self, key: Key, cancel: &Cancel<'_>) -> Result<Arc<SeaRoom>, PlanError> {
-        let lock = || self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
-        {
-            let mut rooms = lock();
-            if let Some(at) = rooms.iter().position(|kept| kept.key == key) {
-                let kept = rooms.remove(at);
-                rooms.push(kept.clone());
-                return Ok(kept.room);
-            }
+/// The answer of a region where water outside of it was not looked at, though that may hold another way.
+fn of_part(answer: Result<Route, Refusal>, looked_m: f64) -> Result<Route, Refusal> {
+    match answer {
+        Ok(route) => Ok(Route { of_part: true, ..route }),
+        Err(Refusal::NoWay { nearest, gap_m }) => {
+            Err(Refusal::Unknown { looked_km: looked_m / 1e3, nearest, gap_m })
         }
-        let room = Arc::new(Self::prepare(&self.index, &key, cancel)?);
-        let mut rooms = lock();
-        // Only now: a preparation that is called off takes nobody's place.
-        let held = |rooms: &[Kept]| rooms.iter().map(|kept| kept.room.bytes()).sum::<usize>();
-        while rooms.len() >= self.most_rooms || !rooms.is_empty() && held(&rooms) + room.bytes() > MOST_BYTES
-        {
-            // What a question works with stays: it may have up to three.
-            let unused = rooms.iter().position(|kept| Arc::strong_count(&kept.room) == 1);
-            let Some(unused) = unused else { break };
-            rooms.remove(unused);
-        }
-        rooms.push(Kept { key, room: Arc::clone(&room) });
-        Ok(room)
-    }
-
-    fn prepare(index: &DepthIndex, key: &Key, cancel: &Cancel<'_>) -> Result<SeaRoom, PlanError> {
-        match key.region {
-            None => SeaRoom::of_chart(index, &key.needs, &key.zones, cancel),
-            Some(Square { middle, half_m }) => {
-                SeaRoom::around(index, (&key.needs, &key.zones), middle, (half_m, half_m), cancel)
-            }
-        }
+        Err(other) => Err(other),
     }
 }
 
@@ -385,17 +419,8 @@ fn apart_m(half_m: f64) -> f64 {
 }
 
 /// The regions that hold both ends with room around them, the smallest first.
-fn squares(request: &Request, straight_m: f64) -> impl Iterator<Item = Square> + use<'_> {
-    let plane = Plane::new(request.from);
-    let middle = plane.place(plane.point(request.from).towards(plane.point(request.to), 0.5));
-    let fits = move |half_m: &f64| apart_m(*half_m) >= straight_m;
+fn squares(ends: [LatLon; 2], straight_m: f64) -> impl Iterator<Item = Square> {
+    let fits = |half_m: &f64| apart_m(*half_m) >= straight_m;
     let least = HALVES_M.iter().position(fits).unwrap_or(HALVES_M.len() - 1);
-    HALVES_M[least..].iter().map(move |half_m| {
-        let step_deg = half_m / 8.0 / 111_000.0;
-        let lat_deg = ((middle.lat_deg() / step_deg).round() * step_deg).clamp(-90.0, 90.0);
-        // Of the grid's latitude: by that of the middle each request would have a grid of its own.
-        let lon_step_deg = step_deg / lat_deg.to_radians().cos().max(0.05);
-        let lon_deg = ((middle.lon_deg() / lon_step_deg).round() * lon_step_deg).clamp(-180.0, 180.0);
-        Square { middle: LatLon::from_deg(lat_deg, lon_deg).unwrap_or(middle), half_m: *half_m }
-    })
+    HALVES_M[least..].iter().map(move |half_m| Square::between(ends, *half_m))
 }

@@ -8,9 +8,10 @@
 
 use crate::Cancel;
 use crate::joining::Joining;
-use crate::obstacles::{Region, project_line, thin};
+use crate::obstacles::{project_line, thin};
 use crate::plane::sides;
 use crate::plane::{Plane, Point};
+use crate::region::Region;
 use crate::side::{Gap, Kind, Reach, Side, Trouble};
 use charts::depth_index::{Closes, ClosingLine};
 use std::collections::BTreeSet;

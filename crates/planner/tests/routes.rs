@@ -603,11 +603,20 @@ fn regions_of_too_much_chart_are_not_prepared() {
     let sea = Sea::new(middle(), 60_000.0, 20.0).with(Ground::Land, at(0.0, 0.0), 500.0, 16);
     let router = Router::by_regions(Arc::new(sea.index())).preparing(10);
     let needs = Needs::depth_and_clearance(5.0, 25.0);
-    let far = ask(&router, at(-30_000.0, 0.0), at(30_000.0, 0.0), &needs);
+    let ends = [at(-30_000.0, 0.0), at(30_000.0, 0.0)];
+    assert!(router.is_long(&ends.map(place), &needs) && !router.is_long(&[place(ends[0]); 2], &needs));
+    let refused = router.in_zones(Zones::default()).in_corridors(0);
+    let far = ask(&refused, ends[0], ends[1], &needs);
     assert!(
-        matches!(far, Err(Refusal::TooFar { straight_km, most_km }) if straight_km > 59.0 && (most_km - 20.0).abs() < 1e-9),
+        matches!(&far, Err(Refusal::TooFar { straight_km, most_km, by }) if *straight_km > 59.0 && (most_km - 20.0).abs() < 1e-9 && by.len() >= 2),
         "{far:?}"
     );
+    let at_once = ask(&router.in_zones(Zones::default()).looking_at(0), ends[0], ends[1], &needs);
+    assert!(matches!(at_once, Err(Refusal::TooFar { by, .. }) if by.is_empty()));
+    // A corridor holds less; around the island no other way can be shorter.
+    let long = ask(&router, ends[0], ends[1], &needs).unwrap();
+    assert!(is_safe(&long, router.index(), &needs) && !long.of_part, "{}", long.length_m);
+    assert!((60_000.0..60_060.0).contains(&long.length_m), "{}", long.length_m);
     // The smallest region is prepared whatever it holds, and a way by way of places that lie near each other is found.
     assert!(ask(&router, at(-5_000.0, 0.0), at(5_000.0, 0.0), &needs).is_ok());
     let places = [-30_000.0, -15_000.0, 0.0, 15_000.0, 30_000.0].map(|north_m| place(at(north_m, 900.0)));

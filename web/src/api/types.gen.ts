@@ -3822,7 +3822,12 @@ guarded: boolean,
 /**
  * The first leg that it refuses, by its number, and why; null where it refuses none.
  */
-guard: GuardReason | null, };
+guard: GuardReason | null, 
+/**
+ * Whether only part of the water was looked at in full, as the charts hold too much of it: other water may hold a shorter
+ * route. Its legs are checked like those of any route.
+ */
+part_only: boolean, };
 
 export type SeaRouteAnswer = { 
 /**
@@ -4077,7 +4082,8 @@ by_zones_alone: boolean, };
 
 export type SeaRouteRefusal = { 
 /**
- * For programs: `closed_start`, `closed_goal`, `no_way`, `too_far`, `not_confirmed` or `failed`.
+ * For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`,
+ * `shortest_only` (another objective than the shortest, in water too detailed for that), `not_confirmed` or `failed`.
  */
 code: string, 
 /**
@@ -4104,6 +4110,14 @@ closed: SeaRouteClosed | null,
  * How far start and goal are apart, and how far they may be (m); null for another reason.
  */
 apart_m: [number, number] | null, 
+/**
+ * How far from the start it was looked, where not all water was looked at (m); null for another reason.
+ */
+looked_m: number | null, 
+/**
+ * Where start and goal are too far apart: places on a way between them, if one is known. Routes by way of them have shorter stretches.
+ */
+by: Array<[number, number]>, 
 /**
  * Changes that would give a route; null where that was not asked for.
  */

@@ -103,7 +103,8 @@ export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refu
   if (refusal) return refusalTexts(refusal);
   if (!route) return [];
   const { guard } = route;
-  return [...route.moved.map(movedText), ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+  const part = route.part_only ? [t("The charts hold so much here that only part of the water was looked at. A shorter route may lead elsewhere: add places to pass to lead it there.")] : [];
+  return [...route.moved.map(movedText), ...part, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
 }
 
 function movedText({ end, distance_m }: SeaRouteMoved): string {
@@ -115,8 +116,10 @@ function movedText({ end, distance_m }: SeaRouteMoved): string {
 
 /** Why there is no route, and what would give one. What has no code is said as the server said it. */
 function refusalTexts(refusal: SeaRouteRefusal): string[] {
-  const { code, text, gap_m, closed, apart_m, passable } = refusal;
+  const { code, text, gap_m, closed, apart_m, looked_m, by, passable } = refusal;
   if (closed) return [closedText(code === "closed_start", closed, gap_m)];
+  if (looked_m !== null) return [t("No route was found in the water that was looked at, up to {looked} km from the start. The nearest place there that can be reached is {distance} m from the goal. Add places on the way.", { looked: Math.round(looked_m / 1000), distance: Math.round(gap_m ?? 0) })];
+  if (apart_m && by.length > 0) return [t("Start and goal are {distance} km apart; routes are planned up to {most} km here. Add places on the way, such as {places}.", { distance: Math.round(apart_m[0] / 1000), most: Math.round(apart_m[1] / 1000), places: by.map(([lat, lon]) => `${lat.toFixed(4)}, ${lon.toFixed(4)}`).join("; ") })];
   if (apart_m) return [t("Start and goal are {distance} km apart; routes are planned up to {most} km: add places on the way.", { distance: Math.round(apart_m[0] / 1000), most: Math.round(apart_m[1] / 1000) })];
   if (code !== "no_way") return [text];
   const none = t("No route is deep enough and keeps this clearance. The nearest place that can be reached is {distance} m from the goal.", { distance: Math.round(gap_m ?? 0) });

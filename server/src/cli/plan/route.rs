@@ -338,6 +338,7 @@ impl Terms<'_> {
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
                "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
                "current_unknown_m": unknown_m, "current_too_strong": costs.iter().any(|cost| cost.too_strong), "shortest": shortest,
+               "part_only": route.of_part,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
@@ -374,6 +375,12 @@ impl Terms<'_> {
                     moved.distance_m
                 );
             }
+        }
+        if route.of_part {
+            complain!(
+                "only part of the water was looked at in full, as the charts hold too much; a shorter route may lead \
+                 elsewhere: --via leads it there"
+            );
         }
         for (number, leg) in (1..).zip(&route.legs) {
             let depth =
@@ -429,7 +436,10 @@ fn turn_warning(leg: &RouteLeg) -> Option<String> {
 /// Adds the conditions under which there would be a route.
 fn would_do(value: &mut Value, passable: &Passable) {
     let degrees = |place: LatLon| [place.lat_deg(), place.lon_deg()];
-    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone, .. } = passable;
+    if passable.not_looked {
+        return;
+    }
     value["passable_by_rule_alone"] = json!(by_rule_alone);
     value["passable_by_zones_alone"] = json!(by_zones_alone);
     value["passable_depth_m"] = json!(depth_m);
@@ -440,7 +450,10 @@ fn would_do(value: &mut Value, passable: &Passable) {
 }
 
 fn would_do_text(passable: &Passable) -> String {
-    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone, .. } = passable;
+    if passable.not_looked {
+        return "; smaller depths and clearances were not looked for: the charts around are too detailed for that".to_owned();
+    }
     let at = |place: LatLon| format!("{:.5},{:.5}", place.lat_deg(), place.lon_deg());
     let mut would_do = Vec::new();
     if let Some(depth_m) = depth_m {
@@ -472,7 +485,19 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
             value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
             value["gap_m"] = json!(gap_m);
         }
-        Refusal::TooFar { .. } | Refusal::TooLong { .. } => value["code"] = json!("too_far"),
+        Refusal::Unknown { looked_km, nearest, gap_m } => {
+            value["code"] = json!("not_found");
+            value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
+            value["gap_m"] = json!(gap_m);
+            value["looked_m"] = json!(looked_km * 1e3);
+        }
+        Refusal::TooFar { by, .. } => {
+            value["code"] = json!("too_far");
+            let place = |place: &LatLon| json!([place.lat_deg(), place.lon_deg()]);
+            value["by"] = by.iter().map(place).collect();
+        }
+        Refusal::TooLong { .. } => value["code"] = json!("too_far"),
+        Refusal::ShortestOnly { .. } => value["code"] = json!("shortest_only"),
         Refusal::NotConfirmed { .. } => value["code"] = json!("not_confirmed"),
         Refusal::Needs(_) => value["code"] = json!("malformed"),
         Refusal::Plan(_) => value["code"] = json!("failed"),

@@ -1,0 +1,154 @@
+//! Water that is prepared and kept: for which needs and zones, of which part of the chart.
+
+use crate::needs::Needs;
+use crate::plane::Plane;
+use crate::room::SeaRoom;
+use crate::tile::Tiles;
+use crate::zones::Zones;
+use crate::{Cancel, PlanError};
+use charts::depth_index::DepthIndex;
+use std::sync::{Arc, Mutex, PoisonError};
+use units::LatLon;
+
+/// So many rooms are kept unless fewer are asked for; the room that was not used for longest goes first.
+const MOST_ROOMS: usize = 8;
+/// All rooms together take no more memory, except for the room that was asked for last (bytes). With the doors of tiles
+/// ([`crate::known`]) that is 96 MiB.
+const MOST_BYTES: usize = 80 << 20;
+
+/// A part of the chart.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Water {
+    /// All of it.
+    Whole,
+    /// A square region.
+    Square(Square),
+    /// Tiles of the plane of a long way.
+    Tiles(Tiles),
+}
+
+/// A square region around a middle on a coarse grid, so that requests near each other share it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Square {
+    pub(crate) middle: LatLon,
+    pub(crate) half_m: f64,
+}
+
+impl Square {
+    /// The square of this size for two ends.
+    pub(crate) fn between(ends: [LatLon; 2], half_m: f64) -> Self {
+        Self { middle: coarse_middle(ends, half_m / 8.0), half_m }
+    }
+}
+
+/// The place of a grid of so many metres that is nearest to the middle between two places.
+pub(crate) fn coarse_middle([from, to]: [LatLon; 2], step_m: f64) -> LatLon {
+    // The same both ways: the plane of one end gives another middle than that of the other.
+    let order = |place: &LatLon| (place.lat_rad().to_bits(), place.lon_rad().to_bits());
+    let [from, to] = if order(&to) < order(&from) { [to, from] } else { [from, to] };
+    let plane = Plane::new(from);
+    let middle = plane.place(plane.point(from).towards(plane.point(to), 0.5));
+    let step_deg = step_m / 111_000.0;
+    let lat_deg = ((middle.lat_deg() / step_deg).round() * step_deg).clamp(-90.0, 90.0);
+    // Of the grid's latitude: by the middle's own latitude each request would have a grid of its own.
+    let lon_step_deg = step_deg / lat_deg.to_radians().cos().max(0.05);
+    let lon_deg = ((middle.lon_deg() / lon_step_deg).round() * lon_step_deg).clamp(-180.0, 180.0);
+    LatLon::from_deg(lat_deg, lon_deg).unwrap_or(middle)
+}
+
+/// Rooms on one chart; clones share what is kept.
+#[derive(Debug, Clone)]
+pub(crate) struct Rooms {
+    pub(crate) index: Arc<DepthIndex>,
+    pub(crate) zones: Arc<Zones>,
+    most: usize,
+    kept: Arc<Mutex<Vec<Kept>>>,
+}
+
+#[derive(Debug, Clone)]
+struct Kept {
+    needs: Needs,
+    zones: Arc<Zones>,
+    water: Water,
+    room: Arc<SeaRoom>,
+}
+
+impl Rooms {
+    pub(crate) fn new(index: Arc<DepthIndex>) -> Self {
+        Self { index, zones: Arc::default(), most: MOST_ROOMS, kept: Arc::default() }
+    }
+
+    /// With so many rooms kept at most, and never less than one.
+    pub(crate) fn keeping(self, most: usize) -> Self {
+        Self { most: most.max(1), ..self }
+    }
+
+    pub(crate) fn in_zones(&self, zones: Zones) -> Self {
+        Self { zones: Arc::new(zones), ..self.clone() }
+    }
+
+    /// How many rooms are kept, and about how much memory they take (bytes).
+    pub(crate) fn held(&self) -> (usize, usize) {
+        let kept = self.lock();
+        (kept.len(), bytes(&kept))
+    }
+
+    /// The water for these needs, prepared now if it is not kept.
+    pub(crate) fn room(
+        &self,
+        needs: &Needs,
+        water: Water,
+        cancel: &Cancel<'_>,
+    ) -> Result<Arc<SeaRoom>, PlanError> {
+        if let Some(room) = self.kept(needs, |kept| *kept == water) {
+            return Ok(room);
+        }
+        let room = Arc::new(self.prepare(needs, &water, cancel)?);
+        let mut kept = self.lock();
+        // Only now: a preparation that is called off pushes no other room out.
+        while kept.len() >= self.most || !kept.is_empty() && bytes(&kept) + room.bytes() > MOST_BYTES {
+            // What a question works with stays: it may have up to three.
+            let unused = kept.iter().position(|one| Arc::strong_count(&one.room) == 1);
+            let Some(unused) = unused else { break };
+            kept.remove(unused);
+        }
+        kept.push(Kept { needs: *needs, zones: Arc::clone(&self.zones), water, room: Arc::clone(&room) });
+        Ok(room)
+    }
+
+    /// Water that is kept for these needs, if some is what is wanted.
+    pub(crate) fn kept(&self, needs: &Needs, wanted: impl Fn(&Water) -> bool) -> Option<Arc<SeaRoom>> {
+        let mut kept = self.lock();
+        let at = kept
+            .iter()
+            .position(|one| one.needs == *needs && one.zones == self.zones && wanted(&one.water))?;
+        let used = kept.remove(at);
+        kept.push(used.clone());
+        Some(used.room)
+    }
+
+    /// The water for these needs; it is not kept.
+    pub(crate) fn prepare(
+        &self,
+        needs: &Needs,
+        water: &Water,
+        cancel: &Cancel<'_>,
+    ) -> Result<SeaRoom, PlanError> {
+        let both = (needs, &self.zones);
+        match water {
+            Water::Whole => SeaRoom::of_chart(&self.index, needs, &self.zones, cancel),
+            Water::Square(Square { middle, half_m }) => {
+                SeaRoom::around(&self.index, both, *middle, (*half_m, *half_m), cancel)
+            }
+            Water::Tiles(tiles) => SeaRoom::of_tiles(&self.index, both, tiles, cancel),
+        }
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Kept>> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn bytes(kept: &[Kept]) -> usize {
+    kept.iter().map(|one| one.room.bytes()).sum()
+}
