@@ -1,6 +1,6 @@
 //! Checks of the store, with remedies.
 
-use crate::archive::{self, ARRIVALS, DATA, DayReader, shortened};
+use crate::archive::{self, ARRIVALS, DATA, DayReader, bytes, shortened};
 use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
@@ -121,11 +121,19 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
     let root = data.join("archive");
     let days = archive::days(&root)?;
     let mut checks = Vec::new();
-    let mut bytes = 0;
+    let (mut disk_bytes, mut packed) = (0, 0);
     for key in &days {
         let folder = key.folder(&root);
-        bytes += fs::metadata(folder.join(DATA)).map_or(0, |file| file.len());
-        if !folder.join(ARRIVALS).exists() {
+        disk_bytes += bytes::disk_bytes(&folder);
+        packed += usize::from(bytes::is_packed(&folder));
+        for name in [DATA, ARRIVALS] {
+            if let Err(error) = bytes::plain_bytes(&folder, name) {
+                let remedy =
+                    "check the disk; copy the day's folder from a backup while the server is stopped";
+                checks.push(Check::new("archive", Health::Problem, error.to_string(), remedy));
+            }
+        }
+        if !bytes::is_there(&folder, ARRIVALS) {
             checks.push(Check::new(
                 "archive",
                 Health::Warning,
@@ -147,7 +155,9 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
              archive/shortened.jsonl (a start writes it), so that it is no longer reported",
         ));
     }
-    checks.push(Check::good("archive", format!("{} days of systems, {} MiB", days.len(), bytes >> 20)));
+    let found =
+        format!("{} days of systems, {packed} of them compressed, {} MiB", days.len(), disk_bytes >> 20);
+    checks.push(Check::good("archive", found));
     Ok(checks)
 }
 
@@ -247,7 +257,7 @@ fn history_follows(data: &Path) -> Result<Check> {
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
     let mut unread = 0;
     for key in archive::days(&root)? {
-        let length = fs::metadata(key.folder(&root).join(DATA)).map_or(0, |file| file.len());
+        let length = bytes::readable_bytes(&key.folder(&root), DATA)?;
         unread += length.saturating_sub(read.get(&key).map_or(0, |progress| progress.lengths.data));
     }
     let found = format!("{} KiB of the archive are not yet marked as read into the history", unread >> 10);

@@ -45,6 +45,30 @@ pub enum StoreError {
         /// The version that wrote it.
         program: String,
     },
+    /// A compressed file of the archive does not hold what the plain file beside it holds.
+    #[error(
+        "{} does not hold the same as {}: the plain file is the one in use, and both are kept. Check the disk, then remove the \
+         compressed file", packed.display(), plain.display()
+    )]
+    Differs {
+        /// The compressed file.
+        packed: PathBuf,
+        /// The plain file.
+        plain: PathBuf,
+    },
+    /// There is no room to compress a day.
+    #[error(
+        "archive/{what} is not compressed: {} MiB of the disk are free, and {} are needed beside what is left to recording; make room",
+        free >> 20, (needed >> 20) + 1
+    )]
+    NoRoom {
+        /// The day.
+        what: String,
+        /// Bytes that are free.
+        free: u64,
+        /// Bytes that must be free.
+        needed: u64,
+    },
     /// The history does not hold all of the archive yet, and what was asked for needs that.
     #[error("{0}; it can be done when that is over")]
     Behind(String),

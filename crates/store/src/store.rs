@@ -1,6 +1,6 @@
 //! The store, open for writing: it accepts packets, commits them, and updates the history.
 
-use crate::archive::{self, ARRIVALS, DATA, shortened};
+use crate::archive::{self, ARRIVALS, DATA, bytes, shortened};
 use crate::archive::{Archive, DayKey, Disk, Lengths, RealDisk, Recovered};
 use crate::error::{Named as _, Result, StoreError};
 use crate::fingerprint::RepeatWindow;
@@ -111,6 +111,7 @@ impl Store {
         let lock = FolderLock::take(folder)?;
         archive::format::note(&root)?;
         finish_swap(folder)?;
+        archive::sweep_packing(&root)?;
         let mut store = Self {
             folder: folder.to_owned(),
             gaps: Gaps::open(&root)?,
@@ -337,6 +338,11 @@ impl Store {
         }
     }
 
+    /// The archive.
+    pub(crate) fn archive_mut(&mut self) -> &mut Archive {
+        &mut self.archive
+    }
+
     /// Closes the history's months; they are opened again when needed.
     pub(crate) fn close_months(&mut self) -> Result<()> {
         self.follower.history()?.close_months();
@@ -347,6 +353,10 @@ impl Store {
     fn mend_archive(&mut self) -> Result<()> {
         for key in archive::days(self.archive.root())? {
             let folder = key.folder(self.archive.root());
+            if bytes::is_packed(&folder) {
+                self.know_packed(key, &folder)?;
+                continue;
+            }
             let length = |name: &str| fs::metadata(folder.join(name)).map_or(0, |file| file.len());
             let mut lengths = Lengths { data: length(DATA), arrivals: length(ARRIVALS) };
             if lengths != self.follower.progress(key).lengths {
@@ -364,6 +374,22 @@ impl Store {
             }
             self.archive.know(key, lengths);
         }
+        Ok(())
+    }
+
+    /// A compressed day, which no crash shortens. One whose head is damaged counts as empty, and is named.
+    fn know_packed(&mut self, key: DayKey, folder: &Path) -> Result<()> {
+        let mut length = |name: &str| match bytes::plain_bytes(folder, name) {
+            Err(StoreError::Io { source, .. }) if source.kind() == std::io::ErrorKind::InvalidData => {
+                let name = archive::packed_name(name);
+                self.repairs.notes.push(format!("archive/{}/{name} {source}", key.name()));
+                Ok(0)
+            }
+            other => Ok(other?.unwrap_or(0)),
+        };
+        let lengths = Lengths { data: length(DATA)?, arrivals: length(ARRIVALS)? };
+        self.archive.know(key, lengths);
+        self.archive.close(key, lengths);
         Ok(())
     }
 

@@ -1,21 +1,21 @@
 //! Reads a day of the archive: each packet with its transport and arrival time.
 
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
+use super::bytes::{self, DayFile};
 use super::day::Lengths;
 use super::layout::{ARRIVALS, DATA, DayKey};
 use crate::error::{Named as _, Result};
 use imc::PacketView;
 use imc::lsf::{LogItem, LogReader};
 use link::Transport;
-use std::fs::File;
-use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
+use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
 /// The records of a day, in order. Stops for good at what is not a record.
 #[derive(Debug)]
 pub(crate) struct Records {
-    file: Option<BufReader<File>>,
+    file: Option<BufReader<DayFile>>,
     path: PathBuf,
     at: u64,
 }
@@ -24,13 +24,10 @@ impl Records {
     /// From byte `at` on; nothing when there is no file.
     pub(crate) fn open(folder: &Path, at: u64) -> Result<Self> {
         let path = folder.join(ARRIVALS);
-        let mut file = match File::open(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                return Ok(Self { file: None, path, at });
-            }
-            other => other.named(&path)?,
-        };
-        file.seek(SeekFrom::Start(at)).named(&path)?;
+        if !bytes::is_there(folder, ARRIVALS) {
+            return Ok(Self { file: None, path, at });
+        }
+        let file = DayFile::open(folder, ARRIVALS, at)?;
         Ok(Self { file: Some(BufReader::with_capacity(1 << 15, file)), path, at })
     }
 
@@ -51,7 +48,7 @@ impl Records {
 /// The packets of a day.
 #[derive(Debug)]
 pub struct DayReader {
-    log: LogReader<File>,
+    log: LogReader<DayFile>,
     records: RecordsAhead,
     path: PathBuf,
     packet: Vec<u8>,
@@ -77,7 +74,7 @@ impl DayReader {
         let folder = key.folder(archive);
         let path = folder.join(DATA);
         Ok(Self {
-            log: LogReader::open_at(&path, data_at).named(&path)?,
+            log: LogReader::at(DayFile::open(&folder, DATA, data_at)?, data_at),
             records: RecordsAhead {
                 records: Records::open(&folder, records_at)?,
                 at: records_at,

@@ -3,7 +3,7 @@
 //! Data lost from the archive is lost for good, and the next start can no longer see that it was there. So the loss is
 //! recorded, and reported until an operator removes the file.
 
-use super::{DATA, DayKey, Lengths};
+use super::{DATA, DayKey, Lengths, bytes};
 use crate::error::{Named as _, Result};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -58,11 +58,7 @@ pub(crate) fn seen(
 ) -> Result<BTreeMap<String, Bytes>> {
     let mut days = written(archive)?;
     for (key, lengths) in read {
-        let path = key.folder(archive).join(DATA);
-        let is = match fs::metadata(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => 0,
-            other => other.named(&path)?.len(),
-        };
+        let is = bytes::readable_bytes(&key.folder(archive), DATA)?;
         if is < lengths.data {
             merge(&mut days, key.name(), (lengths.data, is));
         }
