@@ -171,8 +171,12 @@ impl Follower {
                 self.causes.push(text.to_owned());
             }
         }
-        self.behind =
-            days.into_iter().filter(|key| self.progress(*key).lengths != archive.lengths(*key)).collect();
+        // A day without bytes that can be read is one whose compressed file is damaged.
+        let lacks = |key: &DayKey| {
+            let lengths = archive.lengths(*key);
+            lengths.data > 0 && self.progress(*key).lengths != lengths
+        };
+        self.behind = days.into_iter().filter(lacks).collect();
         self.most_behind = self.behind_bytes(archive);
         Ok(shorter)
     }

@@ -74,6 +74,8 @@ mod layout;
 mod lock;
 mod packet;
 mod packing;
+#[cfg(test)]
+mod packing_tests;
 mod range;
 mod reader;
 mod reindex;

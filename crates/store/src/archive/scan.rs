@@ -4,11 +4,11 @@ use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
 use super::bytes::{self, DayFile};
 use super::day::Lengths;
 use super::layout::{ARRIVALS, DATA, DayKey};
-use crate::error::{Named as _, Result};
+use crate::error::{Named as _, Result, StoreError};
 use imc::PacketView;
 use imc::lsf::{LogItem, LogReader};
 use link::Transport;
-use std::io::{BufReader, Read as _};
+use std::io::{self, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -27,7 +27,13 @@ impl Records {
         if !bytes::is_there(folder, ARRIVALS) {
             return Ok(Self { file: None, path, at });
         }
-        let file = DayFile::open(folder, ARRIVALS, at)?;
+        let file = match DayFile::open(folder, ARRIVALS, at) {
+            // As good as gone: the packets are kept without.
+            Err(StoreError::Io { source, .. }) if source.kind() == io::ErrorKind::InvalidData => {
+                return Ok(Self { file: None, path, at });
+            }
+            other => other?,
+        };
         Ok(Self { file: Some(BufReader::with_capacity(1 << 15, file)), path, at })
     }
 
@@ -40,7 +46,7 @@ impl Records {
                 Ok(Record::read(&bytes))
             }
             Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(None),
-            Err(source) => Err(crate::StoreError::Io { path: self.path.clone(), source }),
+            Err(source) => Err(StoreError::Io { path: self.path.clone(), source }),
         }
     }
 }
