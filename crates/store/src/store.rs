@@ -379,13 +379,15 @@ impl Store {
 
     /// A compressed day, which no crash shortens. One whose head is damaged counts as empty, and is named.
     fn know_packed(&mut self, key: DayKey, folder: &Path) -> Result<()> {
-        let mut length = |name: &str| match bytes::plain_bytes(folder, name) {
-            Err(StoreError::Io { source, .. }) if source.kind() == std::io::ErrorKind::InvalidData => {
-                let name = archive::packed_name(name);
-                self.repairs.notes.push(format!("archive/{}/{name} {source}", key.name()));
-                Ok(0)
+        let mut length = |name: &str| -> Result<u64> {
+            match bytes::plain_bytes(folder, name) {
+                Err(StoreError::Io { source, .. }) if source.kind() == std::io::ErrorKind::InvalidData => {
+                    let name = archive::packed_name(name);
+                    self.repairs.notes.push(format!("archive/{}/{name} {source}", key.name()));
+                    Ok(0)
+                }
+                other => Ok(other?.unwrap_or(0)),
             }
-            other => Ok(other?.unwrap_or(0)),
         };
         let lengths = Lengths { data: length(DATA)?, arrivals: length(ARRIVALS)? };
         self.archive.know(key, lengths);

@@ -566,12 +566,13 @@ fn a_compressed_day_that_lacks_what_the_backup_has_leaves_both_to_a_person() {
     back_up(&data, &to);
     // The server lost the end of the day, and compressed what was left.
     let whole = fs::read(data.join(DAY).join("Data.lsf")).unwrap();
-    fs::OpenOptions::new()
-        .write(true)
-        .open(data.join(DAY).join("Data.lsf"))
-        .unwrap()
-        .set_len(whole.len() as u64 / 2)
-        .unwrap();
+    // Files of their own, as on another disk: those in the backup are links to the server's.
+    for (name, part) in [("Data.lsf", 2), ("Arrivals.idx", 1)] {
+        let path = data.join(DAY).join(name);
+        let bytes = fs::read(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, &bytes[..bytes.len() / part]).unwrap();
+    }
     compress(&data);
     let held = Held::read(&to).unwrap();
     let why = held.lacks(&data, Path::new(DAY), true).unwrap().unwrap();

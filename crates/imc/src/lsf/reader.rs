@@ -88,7 +88,7 @@ impl LogReader<File> {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
         }
         file.seek(SeekFrom::Start(offset))?;
-        Ok(Self::at(file, offset))
+        Ok(Self { deframer: Deframer::at(offset), ..Self::new(file) })
     }
 }
 
@@ -113,12 +113,6 @@ impl<R: Read> LogReader<R> {
     /// A log that is not compressed.
     pub fn new(source: R) -> Self {
         Self::from_source(Source::Plain(source))
-    }
-
-    /// A log that is not compressed, from byte `offset` on, at which the source stands. Offsets of what is found continue
-    /// to count from the start of the log.
-    pub fn at(source: R, offset: u64) -> Self {
-        Self { deframer: Deframer::at(offset), ..Self::new(source) }
     }
 
     fn from_source(source: Source<R>) -> Self {

@@ -24,8 +24,7 @@ pub(crate) use day::{Lengths, Pending};
 pub(crate) use disk::{Disk, RealDisk};
 pub use layout::DayKey;
 pub(crate) use layout::{
-    ARRIVALS, DATA, DEFINITIONS, PACKED_ARRIVALS, PACKED_DATA, PACKING, TRIMMED, days, is_trimmed,
-    mark_trimmed, packed_name, sweep_packing,
+    ARRIVALS, DATA, DEFINITIONS, PACKING, TRIMMED, days, is_trimmed, mark_trimmed, packed_name, sweep_packing,
 };
 pub use packed::Packed;
 pub(crate) use packed::{Coding, FRAME_BYTES, Packer, Turn};
@@ -232,7 +231,9 @@ impl Archive {
     /// Keeps the number of open files bounded; systems that send open theirs again.
     fn close_surplus(&mut self) {
         if self.days.values().filter(|day| day.is_open()).count() > MAX_OPEN_DAYS {
-            self.days.values_mut().for_each(|day| drop(day.close()));
+            for day in self.days.values_mut() {
+                day.close();
+            }
         }
     }
 }

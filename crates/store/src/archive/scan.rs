@@ -55,6 +55,8 @@ impl Records {
 #[derive(Debug)]
 pub struct DayReader {
     log: LogReader<DayFile>,
+    /// Where the log was opened: its offsets count from there.
+    log_at: u64,
     records: RecordsAhead,
     path: PathBuf,
     packet: Vec<u8>,
@@ -80,7 +82,8 @@ impl DayReader {
         let folder = key.folder(archive);
         let path = folder.join(DATA);
         Ok(Self {
-            log: LogReader::at(DayFile::open(&folder, DATA, data_at)?, data_at),
+            log: LogReader::new(DayFile::open(&folder, DATA, data_at)?),
+            log_at: data_at,
             records: RecordsAhead {
                 records: Records::open(&folder, records_at)?,
                 at: records_at,
@@ -103,7 +106,7 @@ impl DayReader {
                 Some(LogItem::Packet { offset, view }) => {
                     self.packet.clear();
                     self.packet.extend_from_slice(view.bytes());
-                    break offset;
+                    break self.log_at + offset;
                 }
                 Some(LogItem::Damage(damage)) => self.damage += damage.bytes,
                 Some(LogItem::Cut { .. }) => {}

@@ -146,6 +146,7 @@ fn a_recording_takes_less_than_its_gzip_and_its_index_a_few_bytes_a_packet() {
         }
     }
     accept_link(&mut store, &temperature(START_US + DAY_US, 1.0), START_US + DAY_US, 0);
+    store.commit().unwrap();
     store.settle().unwrap();
     let sizes = |store: &Store| {
         let mut found = [0_u64; 4];

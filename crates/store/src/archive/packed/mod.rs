@@ -16,4 +16,4 @@ mod writer;
 pub use file::Packed;
 pub(crate) use file::PackedReader;
 pub(crate) use table::{Coding, FRAME_BYTES};
-pub(crate) use writer::Packer;
+pub(crate) use writer::{Packer, Turn};

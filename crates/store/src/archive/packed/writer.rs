@@ -71,7 +71,7 @@ impl Packer {
     ) -> Result<Self> {
         let source = File::open(plain).named(plain)?;
         let plain_bytes = source.metadata().named(plain)?.len();
-        let begin = || -> io::Result<Writing> {
+        let mut begin = || -> io::Result<Writing> {
             let file = File::create(part)?;
             disk.append(&file, &[0; HEAD_BYTES])?;
             let mut compressor = zstd::bulk::Compressor::new(LEVEL)?;
