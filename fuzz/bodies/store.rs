@@ -52,7 +52,7 @@ pub(crate) static PACKED: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
     let plan = plan_packing(folder.path(), 3, now).expect("readable");
     let mut packing = Packing::begin(folder.path(), &plan[0]).expect("room");
     while packing.work(u64::MAX).expect("room") {}
-    store.adopt(packing).expect("room").expect("nothing came for it");
+    store.adopt(&mut packing).expect("room").expect("nothing came for it");
     ["Data.lsf.zst", "Arrivals.zst"].map(|name| fs::read(day(folder.path()).join(name)).expect("it is there"))
 });
 

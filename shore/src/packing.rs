@@ -1,11 +1,11 @@
-//! Compresses days of the archive that grow no more, while the server records: slowly, a few MiB at a time, with a rest
+//! Compresses days of the archive to which nothing is added, while the server records: slowly, a few MiB at a time, with a rest
 //! after each that is four times as long. Only the last step, the new names, is the recorder's.
 
 use crate::clock::{self, Clock};
 use crate::recorder::Recorder;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use store::{Packable, PackedDay, Packing, StoreError, plan_packing};
+use store::{Packable, PackedDay, Packing, Store, StoreError, plan_packing};
 use tokio::task::spawn_blocking;
 use tokio_util::sync::CancellationToken;
 
@@ -29,14 +29,18 @@ pub(crate) struct Compression {
 impl Compression {
     /// Compresses what is due, now and then, until the server ends.
     pub(crate) async fn keep(self, stop: CancellationToken) {
-        let mut told = None;
+        let mut told: Option<String> = None;
         let mut wait = FIRST_LOOK;
         while stop.run_until_cancelled(tokio::time::sleep(wait)).await.is_some() {
             let trouble = stop.run_until_cancelled(self.compress(REST)).await.and_then(Result::err);
-            if trouble.is_some() && trouble != told {
-                tracing::warn!(reason = ?trouble, "days of the archive are not compressed; they stay as they are");
+            if let Some(trouble) = trouble.as_ref().filter(|trouble| Some(trouble.cause()) != told.as_deref())
+            {
+                tracing::warn!(
+                    reason = trouble.text,
+                    "days of the archive are not compressed; they stay as they are"
+                );
             }
-            told = trouble;
+            told = trouble.map(|trouble| trouble.cause().to_owned());
             wait = LOOK_EVERY;
         }
     }
@@ -44,10 +48,11 @@ impl Compression {
     /// Compresses the days that are due, the oldest first; each turn is followed by a rest that is so much longer.
     ///
     /// # Errors
-    /// The first thing that went wrong. The day stays as it was; other days are compressed all the same, if there is room.
-    async fn compress(&self, rest: u32) -> Result<Vec<PackedDay>, String> {
+    /// The first thing that went wrong. The day stays as it was; other days are compressed all the same, smaller ones also
+    /// where the disk has no room for this one.
+    async fn compress(&self, rest: u32) -> Result<Vec<PackedDay>, Failed> {
         let now = self.clock.utc();
-        clock::check(now)?;
+        clock::check(now).map_err(|text| Failed { text: text.to_string(), is_full: false })?;
         let (data, after_days) = (self.data.clone(), self.after_days);
         let days = blocking(move || plan_packing(&data, after_days, now)).await?;
         let (mut packed, mut trouble) = (Vec::new(), None);
@@ -64,11 +69,8 @@ impl Compression {
                 }
                 // Something came for it meanwhile, or the server ends.
                 Ok(None) => {}
-                Err(Failed { text, is_full }) => {
-                    trouble.get_or_insert(text);
-                    if is_full {
-                        break;
-                    }
+                Err(failed) => {
+                    trouble.get_or_insert(failed);
                 }
             }
         }
@@ -90,30 +92,37 @@ impl Compression {
             }
             tokio::time::sleep(took * rest).await;
         }
-        match self.recorder.with_store(move |store| store.adopt(packing)).await {
-            Some(adopted) => Ok(adopted?),
-            None => Ok(None),
-        }
+        let adopt = move |store: &mut Store| (store.adopt(&mut packing), packing);
+        let Some((adopted, packing)) = self.recorder.with_store(adopt).await else { return Ok(None) };
+        // The room of the plain files is freed here, and not while the recorder waits.
+        blocking(move || {
+            drop(packing);
+            Ok(())
+        })
+        .await?;
+        Ok(adopted?)
     }
 }
 
 /// Why a day was not compressed.
+#[derive(Debug)]
 struct Failed {
     text: String,
-    /// Whether the disk has no room, so that no other day need be tried.
+    /// Whether the disk has no room; the figures of it change from look to look.
     is_full: bool,
+}
+
+impl Failed {
+    /// What is reported once as long as it stays the same.
+    fn cause(&self) -> &str {
+        if self.is_full { "no room" } else { &self.text }
+    }
 }
 
 impl From<StoreError> for Failed {
     fn from(error: StoreError) -> Self {
         let is_full = error.is_disk_full() || matches!(error, StoreError::NoRoom { .. });
         Self { text: error.to_string(), is_full }
-    }
-}
-
-impl From<Failed> for String {
-    fn from(failed: Failed) -> Self {
-        failed.text
     }
 }
 
@@ -131,7 +140,7 @@ mod tests {
     use super::*;
     use crate::owners::Owners;
     use hub::Record;
-    use store::{Store, Transport};
+    use store::Transport;
     use units::UtcTime;
 
     const DAY_US: i64 = 86_400_000_000;

@@ -211,7 +211,7 @@ impl Running {
                 recorder: recorder.clone(),
                 clock: clock.clone(),
             };
-            tasks.spawn(compression.keep(stop.clone()));
+            tasks.spawn(owners.watch("the compression of old days", compression.keep(stop.clone())));
         }
         tasks.spawn(owners.watch("the watch for alarms", alarms.clone().watch(watch)));
         tasks.spawn(

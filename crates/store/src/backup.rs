@@ -69,17 +69,26 @@ pub fn backup_files(data: &Path) -> Result<Vec<BackupFile>> {
         let now = newest == Some(key.day);
         let folder = archive.join(key.name());
         for name in [DATA, ARRIVALS] {
-            // Where both forms are there the plain one is in use.
-            if data.join(&folder).join(name).exists() {
-                add(folder.join(name), Changes::Grows { now });
-            } else {
-                add(folder.join(packed_name(name)), Changes::Grows { now: false });
+            // The one in use, asked once: the compressed one has its name before the plain one loses it.
+            if bytes::is_plain_in_use(&data.join(&folder), name) {
+                found.push(BackupFile { path: folder.join(name), changes: Changes::Grows { now } });
+            } else if data.join(&folder).join(packed_name(name)).is_file() {
+                let path = folder.join(packed_name(name));
+                found.push(BackupFile { path, changes: Changes::Grows { now: false } });
             }
         }
+        let mut add = |path: PathBuf, changes| {
+            if data.join(&path).is_file() {
+                found.push(BackupFile { path, changes });
+            }
+        };
         add(folder.join(archive::DEFINITIONS), Changes::Grows { now: false });
     }
     // After the days: it is raised before the first of them is compressed.
-    add(archive.join(archive::format::FORMAT_FILE), Changes::Whole);
+    let format = archive.join(archive::format::FORMAT_FILE);
+    if data.join(&format).is_file() {
+        found.push(BackupFile { path: format, changes: Changes::Whole });
+    }
     Ok(found)
 }
 
@@ -142,7 +151,8 @@ pub fn covered(data: &Path) -> Result<Vec<Covered>> {
     let root = data.join(crate::layout::ARCHIVE);
     let mut all: BTreeMap<Address, Covered> = BTreeMap::new();
     for key in archive::days(&root)? {
-        let Some((from, to)) = arrivals(&key.folder(&root))?.or_else(|| whole_day(key)) else {
+        // A day whose records cannot be read counts as one whose records were lost.
+        let Some((from, to)) = arrivals(&key.folder(&root)).ok().flatten().or_else(|| whole_day(key)) else {
             continue;
         };
         let one = all.entry(key.src).or_insert(Covered { system: key.src, from, to, days: 0 });
@@ -162,7 +172,7 @@ const LOOKED_AT: u64 = 1_000;
 
 /// When the first and the last packet of a day came: records are in the order in which packets came.
 fn arrivals(folder: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
-    let records = bytes::readable_bytes(folder, ARRIVALS)? / ARRIVAL_BYTES as u64;
+    let records = bytes::readable_bytes(folder, ARRIVALS) / ARRIVAL_BYTES as u64;
     let among = |from: u64, last: bool| -> Result<Option<UtcTime>> {
         let mut records = Records::open(folder, from * ARRIVAL_BYTES as u64)?;
         let mut found = None;

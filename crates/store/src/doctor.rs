@@ -126,12 +126,10 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
         let folder = key.folder(&root);
         disk_bytes += bytes::disk_bytes(&folder);
         packed += usize::from(bytes::is_packed(&folder));
-        for name in [DATA, ARRIVALS] {
-            if let Err(error) = bytes::plain_bytes(&folder, name) {
-                let remedy =
-                    "check the disk; copy the day's folder from a backup while the server is stopped";
-                checks.push(Check::new("archive", Health::Problem, error.to_string(), remedy));
-            }
+        for found in bytes::findings(&folder) {
+            let found = format!("archive/{}/{found}", key.name());
+            let remedy = "check the disk; copy the day's folder from a backup while the server is stopped";
+            checks.push(Check::new("archive", Health::Problem, found, remedy));
         }
         if !bytes::is_there(&folder, ARRIVALS) {
             checks.push(Check::new(
@@ -141,6 +139,16 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
                 "restart the server: it is made again, without the times of arrival",
             ));
         }
+    }
+    let aside = fs::read_dir(root.join(archive::DAMAGED)).map_or(0, Iterator::count);
+    if aside > 0 {
+        checks.push(Check::new(
+            "archive",
+            Health::Warning,
+            format!("{aside} compressed files that could not be read lie in archive/{}", archive::DAMAGED),
+            "check the disk that damaged them; the days were compressed again from their plain files. Remove them once \
+             `lutra-server doctor --thorough` finds no damage",
+        ));
     }
     // Read before the lengths: the files of a server that runs only grow.
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
@@ -257,7 +265,7 @@ fn history_follows(data: &Path) -> Result<Check> {
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
     let mut unread = 0;
     for key in archive::days(&root)? {
-        let length = bytes::readable_bytes(&key.folder(&root), DATA)?;
+        let length = bytes::readable_bytes(&key.folder(&root), DATA);
         unread += length.saturating_sub(read.get(&key).map_or(0, |progress| progress.lengths.data));
     }
     let found = format!("{} KiB of the archive are not yet marked as read into the history", unread >> 10);

@@ -45,16 +45,21 @@ pub enum StoreError {
         /// The version that wrote it.
         program: String,
     },
-    /// A compressed file of the archive does not hold what the plain file beside it holds.
+    /// A compressed file of the archive does not hold what the plain file beside it holds. The longer one is in use.
     #[error(
-        "{} does not hold the same as {}: the plain file is the one in use, and both are kept. Check the disk, then remove the \
-         compressed file", packed.display(), plain.display()
+        "{} ({packed_bytes} bytes when unpacked) does not hold the same as {} ({plain_bytes} bytes): both are kept, and the {} \
+         one is in use. Check the disk, and compare both with a backup before you move the other one away",
+        packed.display(), plain.display(), if packed_bytes >= plain_bytes { "compressed" } else { "plain" }
     )]
     Differs {
         /// The compressed file.
         packed: PathBuf,
+        /// Bytes that it holds, unpacked.
+        packed_bytes: u64,
         /// The plain file.
         plain: PathBuf,
+        /// Its bytes.
+        plain_bytes: u64,
     },
     /// There is no room to compress a day.
     #[error(

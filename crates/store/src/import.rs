@@ -185,7 +185,16 @@ impl LogImport {
         let (enough_packets, enough_bytes) =
             (self.imported.packets.saturating_add(packets), self.read_bytes().saturating_add(bytes));
         let more = loop {
-            match self.log.next_item().named(&self.file)? {
+            let item = match self.log.next_item() {
+                // zstd's own errors, and an end that comes too early: this log ends here, and others go on.
+                Err(error) if is_of_contents(&error) => {
+                    let problem = format!("{}: cannot be unpacked to its end: {error}", self.file.display());
+                    self.imported.problems.push(problem);
+                    break false;
+                }
+                other => other.named(&self.file)?,
+            };
+            match item {
                 Some(LogItem::Packet { view, .. }) => {
                     self.imported.packets += 1;
                     if store.accept_from_log(&view, self.received)? == Outcome::Recorded {
@@ -273,6 +282,11 @@ fn open_log(path: &Path) -> io::Result<LogReader<Chain<Cursor<Vec<u8>>, LogFile>
     LogReader::detect(file)
 }
 
+/// Whether an error is about what a packed file holds; those of the system have its number.
+fn is_of_contents(error: &io::Error) -> bool {
+    error.raw_os_error().is_none()
+}
+
 /// Whether a file begins as a log does: a packet within its first MiB, unpacked. One that was not written to its
 /// end is read as far as it goes.
 ///
@@ -281,7 +295,11 @@ fn open_log(path: &Path) -> io::Result<LogReader<Chain<Cursor<Vec<u8>>, LogFile>
 pub fn begins_as_log(file: &Path) -> Result<bool> {
     let mut log = open_log(file).named(file)?;
     while log.unpacked_bytes() <= LOOKED_AT_BYTES {
-        match log.next_item().named(file)? {
+        let item = match log.next_item() {
+            Err(error) if is_of_contents(&error) => break,
+            other => other.named(file)?,
+        };
+        match item {
             Some(LogItem::Packet { .. }) => return Ok(true),
             Some(LogItem::Damage(_) | LogItem::Cut { .. }) => {}
             None => break,

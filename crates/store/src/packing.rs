@@ -1,18 +1,19 @@
-//! Compressing days of the archive that grow no more.
+//! Compressing days of the archive to which nothing is added.
 //!
 //! [`plan_packing`] says which; a [`Packing`] works on one of them, some bytes at a time, beside the writer and without it;
 //! [`Store::adopt`] then gives the compressed files their names and removes the plain ones, which takes a few syncs. A kill
-//! at any [`PackStep`] leaves the plain file or a compressed one that was read back against it, and mostly both: the plain
-//! one is in use as long as it is there, and the next run goes on with what it finds.
+//! at any [`PackStep`] leaves the plain file or a compressed one that was read back against it, and mostly both. Nothing is
+//! added to a day that has a compressed file, and the next run goes on with what it finds.
 
 use crate::archive::{
-    self, ARRIVALS, Coding, DATA, DayKey, Disk, FRAME_BYTES, Lengths, PACKING, Packer, RealDisk, Turn, bytes,
-    packed_name,
+    self, ARRIVALS, Coding, DAMAGED, DATA, DayKey, Disk, FRAME_BYTES, Lengths, PACKING, Packed, Packer,
+    RealDisk, Turn, packed_name,
 };
 use crate::error::{Named as _, Result, StoreError};
 use crate::layout::{ARCHIVE, free_bytes, reserved_bytes};
 use crate::store::Store;
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -182,11 +183,22 @@ impl Packing {
     pub fn work(&mut self, bytes: u64) -> Result<bool> {
         let outcome = self.turn(bytes);
         if outcome.is_err() {
-            self.current = None;
-            // A part that cannot be removed is removed at the next start.
-            archive::sweep_packing(&self.root).ok();
+            self.discard();
         }
         outcome
+    }
+
+    /// Removes the files that are half made, or made and have no place yet. One that cannot be removed is removed at the
+    /// next start.
+    fn discard(&mut self) {
+        let folder = self.root.join(PACKING);
+        for packer in self.current.take().into_iter().chain(self.done.drain(..)) {
+            if packer.part().starts_with(&folder) {
+                fs::remove_file(packer.part()).ok();
+            }
+        }
+        // Unless something else lies there.
+        fs::remove_dir(&folder).ok();
     }
 
     fn turn(&mut self, bytes: u64) -> Result<bool> {
@@ -211,54 +223,101 @@ impl Packing {
         let folder = self.key.folder(&self.root);
         let coding = if name == DATA { Coding::Bytes } else { Coding::Records };
         let (plain, packed) = (folder.join(name), folder.join(packed_name(name)));
-        if packed.exists() {
-            // A run before was ended between both names.
-            return Packer::check(&plain, &packed, coding);
+        let part = self.root.join(PACKING).join(self.own_name(name));
+        match Packed::read(&packed) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            // A run before was ended between the names, or somebody put a file there.
+            Ok(found) if found.has_digest() => {
+                return Packer::check(&plain, &packed, found, &part, coding, self.frame_bytes);
+            }
+            Ok(found) => {
+                let plain_bytes = fs::metadata(&plain).named(&plain)?.len();
+                if found.plain_bytes() > plain_bytes {
+                    let packed_bytes = found.plain_bytes();
+                    return Err(StoreError::Differs { packed, packed_bytes, plain, plain_bytes });
+                }
+                self.set_aside(name, &packed)?;
+            }
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => self.set_aside(name, &packed)?,
+            Err(error) => return Err(error).named(&packed),
         }
-        let part = self.root.join(PACKING).join(packed_name(name));
         Packer::write(&plain, &part, coding, self.frame_bytes, &mut *self.disk)
     }
 }
 
+impl Packing {
+    /// A name for the compressed form of a file, for which no other day has a use.
+    fn own_name(&self, name: &str) -> String {
+        format!("{}-{}", self.key.name().replace('/', "-"), packed_name(name))
+    }
+
+    /// Moves a compressed file that cannot be read, and lies beside a plain one, to a folder from which only a person
+    /// removes it.
+    fn set_aside(&self, name: &str, packed: &Path) -> Result<()> {
+        let folder = self.root.join(DAMAGED);
+        fs::create_dir_all(&folder).named(&folder)?;
+        let own = self.own_name(name);
+        let mut to = folder.join(&own);
+        let mut number = 2;
+        while to.exists() {
+            to = folder.join(format!("{own}.{number}"));
+            number += 1;
+        }
+        fs::rename(packed, &to).named(packed)?;
+        sync(&folder)?;
+        sync(&self.key.folder(&self.root))
+    }
+}
+
+impl Drop for Packing {
+    fn drop(&mut self) {
+        self.discard();
+    }
+}
+
+fn sync(folder: &Path) -> Result<()> {
+    File::open(folder).and_then(|open| open.sync_all()).named(folder)
+}
+
 impl Store {
     /// Puts the compressed files of a day in the place of the plain ones. `None`, and nothing is changed, if something came
-    /// for the day meanwhile or is about to: it can be compressed later.
+    /// for the day meanwhile or is about to: it can be compressed later. The work holds the plain files open: drop it where
+    /// it may take a moment for the disk to free their room.
     ///
     /// # Errors
     /// The work is not done, or a name cannot be changed or synced. The plain file then stays, or the compressed one is
     /// complete in its place.
-    pub fn adopt(&mut self, packing: Packing) -> Result<Option<PackedDay>> {
-        let Packing { root, key, mut steps, waiting, current, done, .. } = packing;
-        if current.is_some() || !waiting.is_empty() || root != self.folder().join(ARCHIVE) {
+    pub fn adopt(&mut self, packing: &mut Packing) -> Result<Option<PackedDay>> {
+        let Packing { root, key, steps, waiting, current, done, .. } = packing;
+        let key = *key;
+        if current.is_some() || !waiting.is_empty() || *root != self.folder().join(ARCHIVE) {
             return Err(StoreError::Query(format!("archive/{} is not compressed to its end", key.name())));
         }
-        let folder = key.folder(&root);
-        let is_packed = bytes::is_packed(&folder);
+        let folder = key.folder(root);
         let lengths = self.archive_mut().lengths(key);
-        if !is_packed {
+        if !self.archive_mut().is_closed(key) {
             let of = |name: &str| {
                 let path = folder.join(name);
                 done.iter().find(|one| one.plain() == path).map_or(0, Packer::plain_bytes)
             };
             let packed = Lengths { data: of(DATA), arrivals: of(ARRIVALS) };
-            // The writer counts what is durable; both must be the very files that were read.
+            // The writer counts what is durable; both files must have the length that was compressed.
             if packed != lengths || !self.archive_mut().close(key, lengths) {
                 return Ok(None);
             }
         }
-        let sync = |folder: &Path| File::open(folder).and_then(|open| open.sync_all()).named(folder);
-        for one in &done {
-            let name = one.plain().file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let to = folder.join(packed_name(&name));
+        for one in done.iter() {
+            let is_data = one.plain().ends_with(DATA);
+            let to = folder.join(packed_name(if is_data { DATA } else { ARRIVALS }));
             if one.part() != to {
                 fs::rename(one.part(), &to).named(one.part())?;
             }
-            steps(if name == DATA { PackStep::DataNamed } else { PackStep::ArrivalsNamed });
+            steps(if is_data { PackStep::DataNamed } else { PackStep::ArrivalsNamed });
         }
         sync(&folder)?;
         sync(&root.join(PACKING))?;
         steps(PackStep::NamesSynced);
-        for one in &done {
+        for one in done.iter() {
             fs::remove_file(one.plain()).named(one.plain())?;
             let is_data = one.plain().ends_with(DATA);
             // Packets without their records must not be what a power cut leaves.

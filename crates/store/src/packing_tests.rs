@@ -80,7 +80,7 @@ fn pack_with(
     let plan = plan_packing(folder, 3, NOW)?;
     let mut packing = Packing::begin_on(folder, &plan[0], steps, disk, frame_bytes)?;
     while packing.work(1)? {}
-    Ok(store.adopt(packing)?.expect("nothing came for it"))
+    Ok(store.adopt(&mut packing)?.expect("nothing came for it"))
 }
 
 fn pack(store: &mut Store, folder: &Path) -> PackedDay {
@@ -163,7 +163,7 @@ fn a_kill_at_any_step_loses_nothing_and_the_next_run_ends_the_work() {
         while let Some(day) = plan_packing(&folder, 3, NOW).unwrap().first() {
             let mut packing = Packing::begin(&folder, day).unwrap();
             while packing.work(1 << 12).unwrap() {}
-            store.adopt(packing).unwrap().unwrap();
+            store.adopt(&mut packing).unwrap().unwrap();
         }
         store.close().unwrap();
         assert_eq!(everything(&folder), before, "{step:?}");
@@ -283,7 +283,7 @@ fn a_day_to_which_something_came_meanwhile_is_left_as_it_is() {
         if is_durable {
             store.commit().unwrap();
         }
-        assert_eq!(store.adopt(packing).unwrap(), None);
+        assert_eq!(store.adopt(&mut packing).unwrap(), None);
         assert!(day(folder).join(DATA).exists() && !day(folder).join("Data.lsf.zst").exists());
     }
     assert_eq!(everything(folder).len(), 53);
@@ -294,7 +294,7 @@ fn a_day_to_which_something_came_meanwhile_is_left_as_it_is() {
     fill(scratch.path(), 5, 5);
     let mut store = Store::open(scratch.path()).unwrap();
     let plan = plan_packing(scratch.path(), 3, NOW).unwrap();
-    store.adopt(Packing::begin(scratch.path(), &plan[0]).unwrap()).unwrap_err();
+    store.adopt(&mut Packing::begin(scratch.path(), &plan[0]).unwrap()).unwrap_err();
 }
 
 #[test]
@@ -346,7 +346,7 @@ fn a_damaged_frame_costs_its_packets_alone_and_is_named() {
         checks.into_iter().filter(|check| check.health == Health::Problem).map(|check| check.found).collect()
     };
     assert!(told(true).iter().any(|found| found.contains("0x2810/20261121") && found.contains("damaged")));
-    // Head, seek table, and a file that is cut: the day cannot be read, everything else can, and recording goes on.
+    // A file that is cut is named, and recording goes on.
     for cut in [10, whole.len() / 2, whole.len() - 1] {
         fs::write(&path, &whole[..cut]).unwrap();
         assert!(told(false).iter().any(|found| found.contains("Data.lsf.zst")), "{cut}");
@@ -373,7 +373,13 @@ fn two_forms_that_differ_are_both_kept() {
     let mut store = Store::open(folder).unwrap();
     pack(&mut store, folder);
     store.close().unwrap();
-    // A plain day of an older backup, put back by hand: shorter.
+    let before = everything(folder);
+    let mut reader = crate::Reader::open(folder).unwrap();
+    let samples = |reader: &mut crate::Reader| -> u64 {
+        reader.series(None).unwrap().iter().map(|one| one.extent.count).sum()
+    };
+    let held = samples(&mut reader);
+    // A plain day of an older backup, or half unpacked by hand: shorter.
     fs::write(day(folder).join(DATA), &plain[..plain.len() / 2]).unwrap();
     fs::write(day(folder).join(ARRIVALS), b"").unwrap();
     let plan: Vec<Packable> = plan_packing(folder, 3, NOW).unwrap();
@@ -387,8 +393,240 @@ fn two_forms_that_differ_are_both_kept() {
         }
     };
     assert!(matches!(error, StoreError::Differs { .. }), "{error}");
+    assert!(error.to_string().contains("the compressed one is in use"), "{error}");
+    drop(packing);
+    // The longer one is in use, and neither is changed.
+    for _ in 0..2 {
+        assert_eq!(everything(folder), before);
+        let store = Store::open(folder).unwrap();
+        assert_eq!((store.durable(STREAM), store.repairs().replayed), (Some(60), 0));
+        assert!(
+            store.repairs().notes.iter().any(|note| note.contains("Move Data.lsf")),
+            "{:?}",
+            store.repairs().notes
+        );
+        assert!(!folder.join("archive/shortened.jsonl").exists());
+        store.close().unwrap();
+    }
+    assert_eq!(samples(&mut crate::Reader::open(folder).unwrap()), held);
+    let names: Vec<PathBuf> =
+        crate::backup_files(folder).unwrap().into_iter().map(|file| file.path).collect();
+    assert!(names.iter().any(|path| path.ends_with("20261121/Data.lsf.zst")), "{names:?}");
+    assert!(!names.iter().any(|path| path.ends_with("20261121/Data.lsf")), "{names:?}");
     assert_eq!(fs::read(day(folder).join("Data.lsf.zst")).unwrap(), packed);
-    assert!(day(folder).join(DATA).exists());
+    assert_eq!(fs::read(day(folder).join(DATA)).unwrap(), plain[..plain.len() / 2]);
+    // As long, with other contents: a power cut while it was unpacked.
+    fs::write(day(folder).join(DATA), vec![0; plain.len()]).unwrap();
+    assert_eq!(everything(folder), before);
+    let mut store = Store::open(folder).unwrap();
+    let packed_again = pack_with(&mut store, folder, Box::new(|_| ()), Box::new(RealDisk), 1 << 12);
+    assert!(matches!(packed_again, Err(StoreError::Differs { .. })), "{packed_again:?}");
+    assert_eq!(fs::read(day(folder).join("Data.lsf.zst")).unwrap(), packed);
+}
+
+/// A folder with a compressed day, its plain packets and records, and all of its archive as it is read.
+fn packed_day(folder: &Path) -> ([Vec<u8>; 2], Vec<(DayKey, Arrival, Vec<u8>)>) {
+    fill(folder, 60, 30);
+    let plain = [DATA, ARRIVALS].map(|name| fs::read(day(folder).join(name)).unwrap());
+    let mut store = Store::open(folder).unwrap();
+    pack(&mut store, folder);
+    store.close().unwrap();
+    (plain, everything(folder))
+}
+
+#[test]
+fn a_packet_that_comes_between_a_kill_and_the_next_run_does_not_hold_it_up() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    let (plain, before) = packed_day(folder);
+    // As a kill before the plain files go leaves it.
+    for (name, plain) in [DATA, ARRIVALS].iter().zip(&plain) {
+        fs::write(day(folder).join(name), plain).unwrap();
+    }
+    let mut store = Store::open(folder).unwrap();
+    assert_eq!(store.repairs().notes, Vec::<String>::new());
+    give(&mut store, 0, 61, 30);
+    store.commit().unwrap();
+    pack(&mut store, folder);
+    assert!(!day(folder).join(DATA).exists() && !day(folder).join(ARRIVALS).exists());
+    assert!(folder.join("archive/0x2810/20261121-2/Data.lsf").exists());
+    assert_eq!(everything(folder).len(), before.len() + 1);
+    // A plain day that holds more, put there by hand: compressed anew.
+    let other = self::scratch();
+    fill(other.path(), 80, 30);
+    let longer = [DATA, ARRIVALS].map(|name| fs::read(day(other.path()).join(name)).unwrap());
+    assert!(longer[0].starts_with(&plain[0]));
+    drop(store);
+    for (name, longer) in [DATA, ARRIVALS].iter().zip(&longer) {
+        fs::write(day(folder).join(name), longer).unwrap();
+    }
+    let mut store = Store::open(folder).unwrap();
+    pack(&mut store, folder);
+    let mut packed = Packed::open(&day(folder).join("Data.lsf.zst")).unwrap();
+    let mut bytes = Vec::new();
+    packed.read_to_end(&mut bytes).unwrap();
+    assert!(bytes == longer[0] && !day(folder).join(DATA).exists());
+}
+
+#[test]
+fn a_damaged_compressed_file_beside_its_plain_one_is_made_anew() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    let (plain, before) = packed_day(folder);
+    let files = ["Data.lsf.zst", "Arrivals.zst"].map(|name| day(folder).join(name));
+    let whole = files.clone().map(|path| fs::read(path).unwrap());
+    for (at, is_aside) in [(100, false), (20, true)] {
+        // A frame, and the head.
+        for (path, whole) in files.iter().zip(&whole) {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 1;
+            fs::write(path, damaged).unwrap();
+        }
+        for (name, plain) in [DATA, ARRIVALS].iter().zip(&plain) {
+            fs::write(day(folder).join(name), plain).unwrap();
+        }
+        let mut store = Store::open(folder).unwrap();
+        pack(&mut store, folder);
+        assert_eq!(everything(folder), before);
+        assert!(!day(folder).join(DATA).exists() && !day(folder).join(ARRIVALS).exists());
+        let aside = fs::read_dir(folder.join("archive/damaged")).map_or(0, Iterator::count);
+        assert_eq!(aside, if is_aside { 2 } else { 0 });
+        drop(store);
+        let checks = doctor(folder, NOW, true, &mut |_| true).unwrap();
+        assert_eq!(checks.iter().any(|check| check.found.contains("archive/damaged")), is_aside);
+    }
+}
+
+#[test]
+fn a_damaged_head_or_seek_table_or_a_cut_end_costs_only_what_is_gone() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    fill(folder, 400, 60);
+    let before = everything(folder);
+    let mut store = Store::open(folder).unwrap();
+    pack(&mut store, folder);
+    store.close().unwrap();
+    let path = day(folder).join("Data.lsf.zst");
+    let whole = fs::read(&path).unwrap();
+    for at in
+        [0, 5, 9, 14, 17, 22, 40, 61, whole.len() - 1, whole.len() - 7, whole.len() - 14, whole.len() - 30]
+    {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 1;
+        fs::write(&path, damaged).unwrap();
+        assert_eq!(everything(folder), before, "byte {at}");
+        let store = Store::open(folder).unwrap();
+        assert_eq!((store.durable(STREAM), store.repairs().replayed), (Some(400), 0));
+        assert!(store.repairs().notes[0].contains("Data.lsf.zst: its"), "{:?}", store.repairs().notes);
+        assert!(!folder.join("archive/shortened.jsonl").exists());
+    }
+    // The records of arrival: by their head.
+    let arrivals = day(folder).join("Arrivals.zst");
+    fs::write(&path, &whole).unwrap();
+    let mut damaged = fs::read(&arrivals).unwrap();
+    let end = damaged.len() - 1;
+    damaged[end] ^= 1;
+    fs::write(&arrivals, damaged).unwrap();
+    assert_eq!(everything(folder), before);
+    for (cut, least) in [(1, 400), (whole.len() / 2, 100)] {
+        fs::write(&path, &whole[..whole.len() - cut]).unwrap();
+        let mut reader = DayReader::open(&folder.join("archive"), before[0].0, 0, 0).unwrap();
+        let mut kept = 0;
+        while let Some(archived) = reader.next_packet().unwrap() {
+            assert_eq!(archived.view.bytes(), before[kept].2);
+            kept += 1;
+        }
+        assert!(kept >= least, "{kept} packets of 400 with {cut} bytes cut");
+    }
+}
+
+#[test]
+fn a_compressed_day_that_cannot_be_read_stops_neither_the_start_nor_other_days() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    let (_, before) = packed_day(folder);
+    for name in ["Data.lsf.zst", "Arrivals.zst"] {
+        // Opens, and each read of it fails with an error of the system, also for root.
+        fs::rename(day(folder).join(name), folder.join(name)).unwrap();
+        fs::create_dir(day(folder).join(name)).unwrap();
+    }
+    let mut store = Store::open(folder).unwrap();
+    assert_eq!((store.durable(STREAM), store.repairs().replayed), (Some(60), 0));
+    assert!(
+        store.repairs().notes.iter().any(|note| note.contains("Data.lsf.zst")),
+        "{:?}",
+        store.repairs().notes
+    );
+    give(&mut store, 0, 61, 30);
+    assert_eq!(store.commit().unwrap().history_behind, None);
+    store.close().unwrap();
+    assert!(!folder.join("archive/shortened.jsonl").exists());
+    let checks = doctor(folder, NOW, true, &mut |_| true).unwrap();
+    assert!(
+        checks.iter().any(|check| check.health == Health::Problem && check.found.contains("Data.lsf.zst"))
+    );
+    assert_eq!(crate::covered(folder).unwrap()[0].days, 2);
+    // The time that packet 60 states lies behind those of the day.
+    let range = crate::TimeRange { from_us: START_US + 59_500_000, to_us: START_US + 60_500_000 };
+    let selection = crate::Selection { range, ..Default::default() };
+    crate::log_version(folder, &selection).unwrap();
+    let mut log = Vec::new();
+    crate::export_lsf(folder, &selection, &mut log).unwrap();
+    assert_eq!(log, before[60].2);
+    // Made again without the day, from the archive alone; then the disk is well again.
+    fs::remove_dir_all(folder.join("history")).unwrap();
+    Store::open(folder).unwrap();
+    for name in ["Data.lsf.zst", "Arrivals.zst"] {
+        fs::remove_dir(day(folder).join(name)).unwrap();
+        fs::rename(folder.join(name), day(folder).join(name)).unwrap();
+    }
+    let store = Store::open(folder).unwrap();
+    assert_eq!(
+        (store.durable(STREAM), store.repairs().replayed, everything(folder).len()),
+        (Some(61), 60, 62)
+    );
+}
+
+#[test]
+fn a_name_that_cannot_be_given_leaves_the_plain_day_in_use() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    fill(folder, 60, 30);
+    let before = everything(folder);
+    let mut store = Store::open(folder).unwrap();
+    let plan = plan_packing(folder, 3, NOW).unwrap();
+    let mut packing = Packing::begin(folder, &plan[0]).unwrap();
+    while packing.work(1 << 20).unwrap() {}
+    let in_the_way = day(folder).join("Data.lsf.zst");
+    fs::create_dir(&in_the_way).unwrap();
+    store.adopt(&mut packing).unwrap_err();
+    drop(packing);
+    assert!(!folder.join("archive/packing").exists());
+    assert_eq!(everything(folder), before);
+    give(&mut store, 0, 61, 30);
+    store.commit().unwrap();
+    assert!(folder.join("archive/0x2810/20261121-2/Data.lsf").exists());
+    fs::remove_dir(in_the_way).unwrap();
+    pack(&mut store, folder);
+    assert_eq!(everything(folder).len(), before.len() + 1);
+}
+
+#[test]
+fn half_made_files_go_with_the_work_and_those_of_other_work_stay() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    fill(folder, 60, 30);
+    let mut store = Store::open(folder).unwrap();
+    let plan = plan_packing(folder, 3, NOW).unwrap();
+    let mut packing = Packing::begin(folder, &plan[0]).unwrap();
+    packing.work(1).unwrap();
+    let other = folder.join("archive/packing/other");
+    fs::write(&other, "x").unwrap();
+    drop(packing);
+    let left: Vec<_> =
+        fs::read_dir(folder.join("archive/packing")).unwrap().map(|one| one.unwrap().path()).collect();
+    assert_eq!(left, [other]);
+    pack(&mut store, folder);
 }
 
 #[test]
@@ -423,4 +661,11 @@ fn an_archive_is_of_the_later_format_only_once_a_day_is_compressed() {
     drop(store);
     crate::refuse_newer(folder).unwrap();
     Store::open(folder).unwrap();
+    // One that was lost, or is older than the days, is written anew.
+    fs::remove_file(folder.join("archive/format.json")).unwrap();
+    Store::open(folder).unwrap();
+    assert!(format().contains("\"format\":2"), "{}", format());
+    fs::write(folder.join("archive/format.json"), r#"{"format":1,"program":"0.1.0"}"#).unwrap();
+    Store::open(folder).unwrap();
+    assert!(format().contains("\"format\":2"), "{}", format());
 }

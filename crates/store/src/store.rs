@@ -354,7 +354,7 @@ impl Store {
         for key in archive::days(self.archive.root())? {
             let folder = key.folder(self.archive.root());
             if bytes::is_packed(&folder) {
-                self.know_packed(key, &folder)?;
+                self.know_packed(key, &folder);
                 continue;
             }
             let length = |name: &str| fs::metadata(folder.join(name)).map_or(0, |file| file.len());
@@ -377,22 +377,21 @@ impl Store {
         Ok(())
     }
 
-    /// A compressed day, which no crash shortens. One whose head is damaged counts as empty, and is named.
-    fn know_packed(&mut self, key: DayKey, folder: &Path) -> Result<()> {
-        let mut length = |name: &str| -> Result<u64> {
-            match bytes::plain_bytes(folder, name) {
-                Err(StoreError::Io { source, .. }) if source.kind() == std::io::ErrorKind::InvalidData => {
-                    let name = archive::packed_name(name);
-                    self.repairs.notes.push(format!("archive/{}/{name} {source}", key.name()));
-                    Ok(0)
-                }
-                other => Ok(other?.unwrap_or(0)),
-            }
+    /// A compressed day, which no crash shortens: neither form of it is mended, and nothing is added. Of a file that cannot be
+    /// read now the length counts that the history last saw: one bad sector must neither stop the server nor make it forget
+    /// what it has.
+    fn know_packed(&mut self, key: DayKey, folder: &Path) {
+        let seen = self.follower.progress(key).lengths;
+        let length = |name: &str, seen: u64| match bytes::plain_bytes(folder, name) {
+            Ok(bytes) => bytes.unwrap_or(0),
+            Err(_) => seen,
         };
-        let lengths = Lengths { data: length(DATA)?, arrivals: length(ARRIVALS)? };
+        let lengths = Lengths { data: length(DATA, seen.data), arrivals: length(ARRIVALS, seen.arrivals) };
+        for found in bytes::findings(folder) {
+            self.repairs.notes.push(format!("archive/{}/{found}", key.name()));
+        }
         self.archive.know(key, lengths);
         self.archive.close(key, lengths);
-        Ok(())
     }
 
     /// Finds which numbers are durable: from what was known when the progress was saved, and the records
@@ -407,7 +406,12 @@ impl Store {
         for key in archive::days(self.archive.root())? {
             let read = if from_scratch { Lengths::default() } else { self.follower.progress(key).lengths };
             if read != self.archive.lengths(key) {
-                recovered.read(&key.folder(self.archive.root()), read.arrivals)?;
+                let folder = key.folder(self.archive.root());
+                match recovered.read(&folder, read.arrivals) {
+                    // A start does not fail for it; what follows on such a stream is sent again.
+                    Err(error) if bytes::is_packed(&folder) => self.repairs.notes.push(error.to_string()),
+                    other => other?,
+                }
             }
         }
         let trimmed = archive::is_trimmed(self.archive.root());

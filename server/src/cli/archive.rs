@@ -1,4 +1,4 @@
-//! `lutra-server archive`: days that grow no more become smaller.
+//! `lutra-server archive`: compress days to which nothing is added.
 
 use super::Common;
 use super::data::{Progress, folder};
@@ -14,10 +14,11 @@ const TURN_BYTES: u64 = 8 << 20;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum ArchiveCommand {
-    /// Compress days that grow no more, as a running server does by itself. The server must not run.
+    /// Compress days to which nothing is added, as a running server does by itself. The server must not run.
     ///
     /// A day is compressed beside the plain files, read back against them byte by byte, and only then takes their place.
-    /// `zstd -d Data.lsf.zst` makes the plain log again. Programs before this version refuse the archive from then on.
+    /// `zstd -dc Data.lsf.zst > ELSEWHERE/Data.lsf` makes the plain log. Earlier versions of Lutra refuse to open the archive from
+    /// then on.
     Compress(CompressArguments),
 }
 
@@ -89,7 +90,7 @@ fn one(store: &mut Store, data: &Path, day: &Packable) -> anyhow::Result<(u64, u
             format!("archive/{}: {} of {} MiB", day.key.name(), (bytes / 2) >> 20, day.plain_bytes >> 20)
         });
     }
-    match store.adopt(packing)? {
+    match store.adopt(&mut packing)? {
         Some(done) => Ok((done.plain_bytes, done.packed_bytes)),
         None => bail!("its files changed meanwhile"),
     }

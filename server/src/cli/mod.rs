@@ -95,7 +95,7 @@ enum Command {
     Backup(data::BackupArguments),
     /// Make a new data folder of a backup: all or nothing, and only of undamaged files.
     Restore(data::RestoreArguments),
-    /// The archive: compress days that grow no more.
+    /// The archive: compress days to which nothing is added.
     #[command(subcommand)]
     Archive(archive::ArchiveCommand),
     /// Remove old recordings. The server must not run.

@@ -152,7 +152,9 @@ fn no_log(start: &[u8]) -> ApiError {
         [b'B', b'Z', b'h', ..] => "This is packed by bzip2: unpack it with `bunzip2` first.",
         [b'P', b'K', 3, 4, ..] => "This is a zip archive: unpack it and upload the logs in it one by one.",
         [0xFD, b'7', b'z', b'X', b'Z', ..] => "This is packed by xz: unpack it with `unxz` first.",
-        _ => "This is no IMC log: there is no packet in its first MiB. Upload Data.lsf or Data.lsf.gz.",
+        _ => {
+            "This is no IMC log: there is no packet in its first MiB. Upload Data.lsf, Data.lsf.gz or Data.lsf.zst."
+        }
     };
     ApiError::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "no_log", what)
 }

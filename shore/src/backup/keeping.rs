@@ -335,6 +335,32 @@ impl<'a> Keeping<'a> {
                 _ => {}
             }
         }
+        self.sweep_other_forms(&named)
+    }
+
+    /// Removes the copies of days in a form that is not named, which a kill in an earlier sweep left: only those that the
+    /// named form is shown to hold. Others are left alone.
+    fn sweep_other_forms(&self, named: &BTreeSet<&Path>) -> anyhow::Result<()> {
+        for entry in self.entries.values() {
+            let Some(other) = store::other_form(&entry.path) else { continue };
+            for at in [other.clone(), Path::new(ALTERNATE).join(&other)] {
+                let left = self.to.join(&at);
+                if named.contains(at.as_path()) || !left.is_file() {
+                    continue;
+                }
+                let is = self.to.join(entry.at());
+                let holds = if store::is_packed(&entry.path) {
+                    fs::metadata(&left)
+                        .and_then(|about| Ok((about.len(), hash_prefix(&left, about.len())?)))
+                        .and_then(|(bytes, sha256)| forms::begins_with(&is, bytes, &sha256))
+                } else {
+                    forms::is_begin_of(&left, &is, entry.bytes)
+                };
+                if holds.unwrap_or(false) {
+                    fs::remove_file(&left).with_context(|| format!("cannot remove {}", left.display()))?;
+                }
+            }
+        }
         Ok(())
     }
 }

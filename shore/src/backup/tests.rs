@@ -498,7 +498,7 @@ fn compress(data: &Path) {
     for day in store::plan_packing(data, 3, now).unwrap() {
         let mut packing = store::Packing::begin(data, &day).unwrap();
         while packing.work(1 << 20).unwrap() {}
-        store.adopt(packing).unwrap().unwrap();
+        store.adopt(&mut packing).unwrap().unwrap();
     }
     store.close().unwrap();
     settle(data);
@@ -557,6 +557,28 @@ fn a_day_that_was_compressed_since_takes_the_place_of_its_plain_copy() {
     // Both in the forms that the server has them: packets plain, records compressed.
     restored(&to, &back);
     assert_eq!(Store::open(&back).unwrap().durable(7), Some(599));
+}
+
+#[test]
+fn plain_copies_that_a_kill_left_behind_go_with_the_next_backup_unless_they_hold_more() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    back_up(&data, &to);
+    let plain = fs::read(to.join(DAY).join("Data.lsf")).unwrap();
+    compress(&data);
+    back_up(&data, &to);
+    // As a kill between the manifest and the end of the sweep leaves it.
+    for below in [to.join(DAY), to.join("alternate").join(DAY)] {
+        fs::create_dir_all(&below).unwrap();
+        fs::write(below.join("Data.lsf"), &plain).unwrap();
+    }
+    back_up(&data, &to);
+    assert!(!to.join(DAY).join("Data.lsf").exists());
+    assert!(!to.join("alternate").join(DAY).join("Data.lsf").exists());
+    let longer = [plain.as_slice(), b"more"].concat();
+    fs::write(to.join(DAY).join("Data.lsf"), &longer).unwrap();
+    back_up(&data, &to);
+    assert_eq!(fs::read(to.join(DAY).join("Data.lsf")).unwrap(), longer);
 }
 
 #[test]

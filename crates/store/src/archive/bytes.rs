@@ -1,11 +1,12 @@
 //! A day's file in either form, plain or compressed, read by places in the plain file.
 //!
-//! Where both forms lie in a folder, after a kill while a day was compressed, the plain one is in use: it is the one that
-//! was written first.
+//! Both forms can lie in a folder: after a kill while a day was compressed, or when somebody unpacked a day there. A
+//! compressed file gets its name only after it was compared whole with the plain one. So it is in use unless it cannot be
+//! opened or the plain file is longer, and nothing is added to a day that has one.
 
-use super::layout::{ARRIVALS, DATA, packed_name};
+use super::layout::{ARRIVALS, DATA, PACKED_DATA, packed_name};
 use super::packed::{Packed, PackedReader};
-use crate::error::{Named as _, Result, StoreError};
+use crate::error::{Named as _, Result};
 use std::fs::{self, File};
 use std::io::{self, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -23,6 +24,10 @@ impl DayFile {
         let path = folder.join(name);
         match File::open(&path) {
             Ok(mut file) => {
+                let bytes = file.metadata().named(&path)?.len();
+                if let Some(packed) = packed_beside(folder, name, bytes) {
+                    return Ok(Self::Packed(Box::new(PackedReader::new(packed, at))));
+                }
                 file.seek(SeekFrom::Start(at)).named(&path)?;
                 Ok(Self::Plain(file))
             }
@@ -30,7 +35,7 @@ impl DayFile {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let packed = folder.join(packed_name(name));
                 match Packed::read(&packed) {
-                    Err(none) if none.kind() == io::ErrorKind::NotFound => Err(error).named(&path),
+                    Err(missing) if missing.kind() == io::ErrorKind::NotFound => Err(error).named(&path),
                     other => Ok(Self::Packed(Box::new(PackedReader::new(other.named(&packed)?, at)))),
                 }
             }
@@ -51,10 +56,10 @@ impl Read for DayFile {
 /// Bytes of the plain form of a day's file, whichever form it has; `None` when there is neither.
 ///
 /// # Errors
-/// It cannot be read, or the head or the seek table of the compressed form is damaged.
+/// It cannot be read, or the compressed form is so damaged that its length is not known.
 pub(crate) fn plain_bytes(folder: &Path, name: &str) -> Result<Option<u64>> {
     if let Some(bytes) = size(&folder.join(name))? {
-        return Ok(Some(bytes));
+        return Ok(Some(packed_beside(folder, name, bytes).map_or(bytes, |packed| packed.plain_bytes())));
     }
     let packed = folder.join(packed_name(name));
     match Packed::read(&packed) {
@@ -64,20 +69,63 @@ pub(crate) fn plain_bytes(folder: &Path, name: &str) -> Result<Option<u64>> {
     }
 }
 
-/// The same of what can be read: 0 where there is no file, or a compressed one is damaged.
-///
-/// # Errors
-/// It cannot be looked at.
-pub(crate) fn readable_bytes(folder: &Path, name: &str) -> Result<u64> {
-    match plain_bytes(folder, name) {
-        Err(StoreError::Io { source, .. }) if source.kind() == io::ErrorKind::InvalidData => Ok(0),
-        other => Ok(other?.unwrap_or(0)),
-    }
+/// The same of what can be read: 0 where there is no file, or it cannot be read.
+pub(crate) fn readable_bytes(folder: &Path, name: &str) -> u64 {
+    plain_bytes(folder, name).ok().flatten().unwrap_or(0)
 }
 
-/// Whether a day's packets are compressed, so that nothing is added to them.
+/// Whether a day's packets are compressed, so that nothing is added to them. A plain file may still lie beside.
 pub(crate) fn is_packed(folder: &Path) -> bool {
-    !folder.join(DATA).exists() && folder.join(packed_name(DATA)).exists()
+    folder.join(PACKED_DATA).exists()
+}
+
+/// Whether a day has a compressed file.
+pub(crate) fn has_packed(folder: &Path) -> bool {
+    [DATA, ARRIVALS].iter().any(|name| folder.join(packed_name(name)).exists())
+}
+
+/// Whether the plain form of a day's file is the one in use, or there is only that one.
+pub(crate) fn is_plain_in_use(folder: &Path, name: &str) -> bool {
+    matches!(size(&folder.join(name)), Ok(Some(bytes)) if packed_beside(folder, name, bytes).is_none())
+}
+
+/// The compressed file beside a plain one of so many bytes, if it is the one in use.
+fn packed_beside(folder: &Path, name: &str, plain_bytes: u64) -> Option<Packed> {
+    // Of a day whose packets are plain, records are added to the plain file.
+    if !is_packed(folder) {
+        return None;
+    }
+    Packed::read(&folder.join(packed_name(name))).ok().filter(|packed| packed.plain_bytes() >= plain_bytes)
+}
+
+/// What an operator should know of a day's compressed files: damage, and plain files beside them that hold less.
+pub(crate) fn findings(folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    for name in [DATA, ARRIVALS] {
+        let packed_name = packed_name(name);
+        let path = folder.join(packed_name);
+        match Packed::read(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => found.push(format!("{packed_name} {error}")),
+            Ok(packed) => {
+                if let Some(damage) = packed.damage() {
+                    found.push(format!(
+                        "{packed_name}: {damage}; what is whole of it is still read. Copy the file from a backup"
+                    ));
+                }
+                let plain = size(&folder.join(name)).ok().flatten();
+                if let Some(bytes) = plain.filter(|bytes| is_packed(folder) && *bytes < packed.plain_bytes())
+                {
+                    found.push(format!(
+                        "{name} has {bytes} bytes and lies beside {packed_name}, which holds {} and is in use. Move \
+                         {name} to another folder",
+                        packed.plain_bytes()
+                    ));
+                }
+            }
+        }
+    }
+    found
 }
 
 /// Whether there is a file, in either form.

@@ -30,9 +30,20 @@ pub(crate) fn refuse_newer(archive: &Path) -> Result<()> {
     }
 }
 
-/// Writes down the form, where it is not.
+/// Writes down the form, where it is not, or where it says that no day is compressed and one is.
 pub(crate) fn note(archive: &Path) -> Result<()> {
-    if known(archive)?.is_some() { Ok(()) } else { write(archive, PLAIN) }
+    let known = known(archive)?.map(|(format, _)| format);
+    if known.is_some_and(|format| format >= FORMAT) {
+        return Ok(());
+    }
+    let has_packed = super::days(archive)?
+        .iter()
+        .any(|key| super::bytes::has_packed(&key.folder(archive)) || key.part > 0);
+    match (has_packed, known) {
+        (true, _) => write(archive, FORMAT),
+        (false, None) => write(archive, PLAIN),
+        (false, Some(_)) => Ok(()),
+    }
 }
 
 /// Writes down, before the first day is compressed, that there may be such days.

@@ -12,12 +12,14 @@ use units::{Civil, UtcTime};
 pub(crate) const DATA: &str = "Data.lsf";
 /// How and when each came.
 pub(crate) const ARRIVALS: &str = "Arrivals.idx";
-/// Both compressed, when the day grows no more.
+/// Both compressed, of a day to which nothing is added.
 pub(crate) const PACKED_DATA: &str = "Data.lsf.zst";
 /// See [`PACKED_DATA`].
 pub(crate) const PACKED_ARRIVALS: &str = "Arrivals.zst";
 /// The folder in which compressed files are made, before they come to their place.
 pub(crate) const PACKING: &str = "packing";
+/// The folder for compressed files that could not be read and lay beside plain ones. Only a person removes them.
+pub(crate) const DAMAGED: &str = "damaged";
 /// The definitions by which the packets are read; Neptus wants them beside the data.
 pub(crate) const DEFINITIONS: &str = "IMC.xml.gz";
 
@@ -122,7 +124,7 @@ pub(crate) fn is_trimmed(archive: &Path) -> bool {
     archive.join(TRIMMED).exists()
 }
 
-/// Removes what compressing a day left half made when its program ended. No file in use is among it.
+/// Removes the half-made files that a program left when it ended while it compressed a day. No file in use is among them.
 pub(crate) fn sweep_packing(archive: &Path) -> Result<()> {
     let folder = archive.join(PACKING);
     match fs::remove_dir_all(&folder) {

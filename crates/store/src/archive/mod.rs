@@ -24,7 +24,8 @@ pub(crate) use day::{Lengths, Pending};
 pub(crate) use disk::{Disk, RealDisk};
 pub use layout::DayKey;
 pub(crate) use layout::{
-    ARRIVALS, DATA, DEFINITIONS, PACKING, TRIMMED, days, is_trimmed, mark_trimmed, packed_name, sweep_packing,
+    ARRIVALS, DAMAGED, DATA, DEFINITIONS, PACKING, TRIMMED, days, is_trimmed, mark_trimmed, packed_name,
+    sweep_packing,
 };
 pub use packed::Packed;
 pub(crate) use packed::{Coding, FRAME_BYTES, Packer, Turn};
@@ -114,6 +115,11 @@ impl Archive {
         }
         self.closed.insert(key);
         true
+    }
+
+    /// Whether nothing is added to a day any more.
+    pub(crate) fn is_closed(&self, key: DayKey) -> bool {
+        self.closed.contains(&key)
     }
 
     /// Forgets a day whose files were removed: what still comes for it begins new ones.

@@ -3,7 +3,7 @@
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
 use super::bytes::{self, DayFile};
 use super::day::Lengths;
-use super::layout::{ARRIVALS, DATA, DayKey};
+use super::layout::{ARRIVALS, DATA, DayKey, packed_name};
 use crate::error::{Named as _, Result, StoreError};
 use imc::PacketView;
 use imc::lsf::{LogItem, LogReader};
@@ -12,7 +12,7 @@ use std::io::{self, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// The records of a day, in order. Stops for good at what is not a record.
+/// The records of a day, in order. A stretch that is not a record gives `None`, as the end does; a caller stops there.
 #[derive(Debug)]
 pub(crate) struct Records {
     file: Option<BufReader<DayFile>>,
@@ -80,9 +80,10 @@ impl DayReader {
     /// The day's packets from byte `data_at` of `Data.lsf` and byte `records_at` of `Arrivals.idx` on.
     pub(crate) fn open(archive: &Path, key: DayKey, data_at: u64, records_at: u64) -> Result<Self> {
         let folder = key.folder(archive);
-        let path = folder.join(DATA);
+        let file = DayFile::open(&folder, DATA, data_at)?;
+        let path = folder.join(if matches!(file, DayFile::Packed(_)) { packed_name(DATA) } else { DATA });
         Ok(Self {
-            log: LogReader::new(DayFile::open(&folder, DATA, data_at)?),
+            log: LogReader::new(file),
             log_at: data_at,
             records: RecordsAhead {
                 records: Records::open(&folder, records_at)?,

@@ -4,7 +4,7 @@
 //! recorded, and reported until an operator removes the file.
 
 use super::{DATA, DayKey, Lengths, bytes};
-use crate::error::{Named as _, Result};
+use crate::error::{Named as _, Result, StoreError};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -58,7 +58,12 @@ pub(crate) fn seen(
 ) -> Result<BTreeMap<String, Bytes>> {
     let mut days = written(archive)?;
     for (key, lengths) in read {
-        let is = bytes::readable_bytes(&key.folder(archive), DATA)?;
+        let is = match bytes::plain_bytes(&key.folder(archive), DATA) {
+            Ok(bytes) => bytes.unwrap_or(0),
+            Err(StoreError::Io { source, .. }) if source.kind() == std::io::ErrorKind::InvalidData => 0,
+            // It may be whole, and cannot be read now.
+            Err(_) => continue,
+        };
         if is < lengths.data {
             merge(&mut days, key.name(), (lengths.data, is));
         }

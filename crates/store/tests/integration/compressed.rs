@@ -18,7 +18,7 @@ fn compress(store: &mut Store, folder: &Path) -> usize {
     for day in &days {
         let mut packing = Packing::begin(folder, day).unwrap();
         while packing.work(1 << 20).unwrap() {}
-        store.adopt(packing).unwrap().unwrap();
+        store.adopt(&mut packing).unwrap().unwrap();
     }
     days.len()
 }
@@ -111,11 +111,15 @@ fn the_archive_of_another_server_is_imported_compressed_as_it_is() {
     assert_eq!((imported.packets, imported.added, imported.problems), (3_000, 3_000, Vec::new()));
     let file = from.path().join("archive/0x2810/20261121/Data.lsf.zst");
     assert!(store::begins_as_log(&file).unwrap());
-    // One that is cut gives what it can, and is an error.
+    // One that is cut gives what it can and is named, and the next log is read all the same.
     let cut = from.path().join("cut.lsf.zst");
     let bytes = fs::read(&file).unwrap();
     fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
-    store.import(&[cut], utc(START_US + 60 * DAY_US), &mut |_| true).unwrap_err();
+    let whole = from.path().join("archive/0x2810/20261122/Data.lsf.zst");
+    let imported = store.import(&[cut, whole], utc(START_US + 60 * DAY_US), &mut |_| true).unwrap();
+    assert_eq!((imported.files, imported.added), (2, 0));
+    assert!(imported.packets >= 1_000, "{imported:?}");
+    assert!(imported.problems[0].contains("cut.lsf.zst") && imported.problems.len() <= 2, "{imported:?}");
 }
 
 /// A number below `most` that looks like chance, the same in every run.

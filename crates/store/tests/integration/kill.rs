@@ -246,7 +246,7 @@ fn compressing_child() {
     };
     let mut packing = Packing::begin_watched(&folder, &day, Box::new(steps)).unwrap();
     while packing.work(1 << 20).unwrap() {}
-    store.adopt(packing).unwrap().unwrap();
+    store.adopt(&mut packing).unwrap().unwrap();
 }
 
 fn later() -> UtcTime {

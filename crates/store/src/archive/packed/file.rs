@@ -1,8 +1,10 @@
 //! A compressed file, open for reading at any place.
 
 use super::super::Disk;
+use super::super::layout::PACKED_ARRIVALS;
 use super::columns;
 use super::table::{self, Coding, FOOTER_BYTES, Frame, HEAD_BYTES, Head, damaged};
+use super::walk;
 use crate::error::{Named as _, Result};
 use std::fmt;
 use std::fs::File;
@@ -17,6 +19,7 @@ pub struct Packed {
     file: File,
     head: Head,
     frames: Vec<Frame>,
+    damage: Option<&'static str>,
     decoder: zstd::bulk::Decompressor<'static>,
     packed: Vec<u8>,
     unpacked: Vec<u8>,
@@ -38,10 +41,11 @@ impl fmt::Debug for Packed {
 }
 
 impl Packed {
-    /// Opens a file, and checks its head and its seek table.
+    /// Opens a file, and checks its head and its seek table. Where one of them is damaged, or the end is cut off, the
+    /// frames are found one after the other, which reads the whole file.
     ///
     /// # Errors
-    /// It cannot be read, or is damaged there.
+    /// It cannot be read, or nothing in it can be found.
     pub fn open(path: &Path) -> Result<Self> {
         Self::read(path).named(path)
     }
@@ -54,20 +58,27 @@ impl Packed {
         }
         let mut head = [0; HEAD_BYTES];
         file.read_exact_at(&mut head, 0)?;
-        let head = Head::read(&head)?;
-        let mut footer = [0; FOOTER_BYTES];
-        file.read_exact_at(&mut footer, file_bytes - FOOTER_BYTES as u64)?;
-        let table_bytes = table::table_bytes(table::read_footer(&footer)?);
-        if table_bytes > file_bytes - HEAD_BYTES as u64 {
-            return Err(damaged("its seek table is damaged"));
-        }
-        let mut bytes = vec![0; table_bytes as usize];
-        file.read_exact_at(&mut bytes, file_bytes - table_bytes)?;
-        let frames = table::read_table(&head, &bytes, file_bytes)?;
+        let is_records = path.file_name().is_some_and(|name| name == PACKED_ARRIVALS);
+        let (head, frames, damage) = match Head::read(&head) {
+            Ok(head) => match seek_table(&file, &head, file_bytes) {
+                Ok(frames) => (head, frames, None),
+                Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                    (head, walk::frames(&file, &head, file_bytes)?, Some("its seek table is damaged"))
+                }
+                Err(error) => return Err(error),
+            },
+            // How many records a frame has stands in the head alone.
+            Err(error) if error.kind() != io::ErrorKind::InvalidData || is_records => return Err(error),
+            Err(error) => {
+                let (head, frames) = walk::frames_without_head(&file, file_bytes)?.ok_or(error)?;
+                (head, frames, Some("its head is damaged"))
+            }
+        };
         Ok(Self {
             file,
             head,
             frames,
+            damage,
             decoder: zstd::bulk::Decompressor::new()?,
             packed: Vec::new(),
             unpacked: Vec::new(),
@@ -77,12 +88,22 @@ impl Packed {
         })
     }
 
+    /// What is damaged in it beside frames, if so.
+    pub(crate) fn damage(&self) -> Option<&'static str> {
+        self.damage
+    }
+
+    /// Whether it still says what it was made of.
+    pub(crate) fn has_digest(&self) -> bool {
+        self.head.sha256 != walk::UNKNOWN
+    }
+
     /// Bytes of the plain file.
     pub fn plain_bytes(&self) -> u64 {
         self.head.plain_bytes
     }
 
-    /// SHA-256 of the plain file, as it was when this file was made.
+    /// SHA-256 of the plain file, as it was when this file was made; zeros if the head is damaged.
     pub fn plain_sha256(&self) -> [u8; 32] {
         self.head.sha256
     }
@@ -172,6 +193,19 @@ impl Read for PackedReader {
         self.at += count as u64;
         Ok(count)
     }
+}
+
+/// The frames as the seek table at the end of a file has them.
+fn seek_table(file: &File, head: &Head, file_bytes: u64) -> io::Result<Vec<Frame>> {
+    let mut footer = [0; FOOTER_BYTES];
+    file.read_exact_at(&mut footer, file_bytes - FOOTER_BYTES as u64)?;
+    let table_bytes = table::table_bytes(table::read_footer(&footer)?);
+    if table_bytes > file_bytes - HEAD_BYTES as u64 {
+        return Err(damaged("its seek table is damaged"));
+    }
+    let mut bytes = vec![0; table_bytes as usize];
+    file.read_exact_at(&mut bytes, file_bytes - table_bytes)?;
+    table::read_table(head, &bytes, file_bytes)
 }
 
 /// Puts a head to the start of a file that was written with room for it.

@@ -1,7 +1,7 @@
-//! Compressed files of days that grow no more.
+//! Compressed files of days to which nothing is added.
 //!
 //! `Data.lsf.zst` is the log as independent zstd frames with a seek table at its end (the *zstd seekable format*, version
-//! 0.1.0, in `contrib/seekable_format` of zstd), so `zstd -d Data.lsf.zst` makes the plain `Data.lsf` of it.
+//! 0.1.0, in `contrib/seekable_format` of zstd), so `zstd -dc Data.lsf.zst > ELSEWHERE/Data.lsf` makes the plain log of it.
 //! `Arrivals.zst` holds the records of arrival the same way; the contents of its frames are columns ([`columns`]) and not
 //! the records themselves. A skippable frame at the start, the [`table::Head`], has length and SHA-256 of the plain file.
 //!
@@ -11,6 +11,7 @@
 mod columns;
 mod file;
 mod table;
+mod walk;
 mod writer;
 
 pub use file::Packed;

@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 /// The level of zstd: higher ones gain a few tenths of a percent on packets.
 const LEVEL: i32 = 6;
 
+/// Bytes that are written between two syncs, so that no sync holds up the recorder's for long.
+const SYNC_BYTES: u64 = 8 << 20;
+
 /// The work on one file.
 pub(crate) struct Packer {
     plain: PathBuf,
@@ -42,11 +45,16 @@ struct Writing {
     compressor: zstd::bulk::Compressor<'static>,
     hash: Sha256,
     frames: Vec<(u32, u32)>,
+    unsynced_bytes: u64,
 }
 
 struct Checking {
     packed: Packed,
     hash: Sha256,
+    /// Where the file is written anew, for one that lay beside the plain file.
+    again: Option<PathBuf>,
+    /// Frames of it are damaged.
+    is_damaged: bool,
 }
 
 /// What a turn did.
@@ -71,14 +79,7 @@ impl Packer {
     ) -> Result<Self> {
         let source = File::open(plain).named(plain)?;
         let plain_bytes = source.metadata().named(plain)?.len();
-        let mut begin = || -> io::Result<Writing> {
-            let file = File::create(part)?;
-            disk.append(&file, &[0; HEAD_BYTES])?;
-            let mut compressor = zstd::bulk::Compressor::new(LEVEL)?;
-            compressor.include_checksum(true)?;
-            Ok(Writing { file, compressor, hash: Sha256::new(), frames: Vec::new() })
-        };
-        let stage = Stage::Writing(Box::new(begin().named(part)?));
+        let stage = Stage::Writing(Box::new(Writing::begin(part, disk).named(part)?));
         let (plain, part) = (plain.to_owned(), part.to_owned());
         Ok(Self {
             plain,
@@ -92,13 +93,33 @@ impl Packer {
         })
     }
 
-    /// Begins to hold `packed`, which an earlier run left beside `plain`, against it.
-    pub(crate) fn check(plain: &Path, packed: &Path, coding: Coding) -> Result<Self> {
+    /// Begins to hold `packed`, which lies at `path` beside `plain`, against it. One that is damaged, or lacks packets
+    /// that came later, is written anew as `part`, once the plain file is proved to begin with all that it was made of.
+    ///
+    /// # Errors
+    /// [`StoreError::Differs`] if it holds more than the plain file.
+    pub(crate) fn check(
+        plain: &Path,
+        path: &Path,
+        packed: Packed,
+        part: &Path,
+        coding: Coding,
+        frame_bytes: u32,
+    ) -> Result<Self> {
         let source = File::open(plain).named(plain)?;
         let plain_bytes = source.metadata().named(plain)?.len();
-        let (plain, part) = (plain.to_owned(), packed.to_owned());
-        let stage = Stage::Checking(Box::new(Checking { packed: Packed::open(&part)?, hash: Sha256::new() }));
-        Ok(Self { plain, part, source, plain_bytes, coding, frame_bytes: FRAME_BYTES, stage, at: 0 })
+        if packed.plain_bytes() > plain_bytes {
+            return Err(differs(path, packed.plain_bytes(), plain, plain_bytes));
+        }
+        let stage = Stage::Checking(Box::new(Checking {
+            is_damaged: packed.damage().is_some(),
+            packed,
+            hash: Sha256::new(),
+            again: Some(part.to_owned()),
+        }));
+        let (plain, part) = (plain.to_owned(), path.to_owned());
+        let frame_bytes = frame_bytes.min(FRAME_BYTES);
+        Ok(Self { plain, part, source, plain_bytes, coding, frame_bytes, stage, at: 0 })
     }
 
     /// The plain file.
@@ -131,18 +152,26 @@ impl Packer {
     pub(crate) fn work(&mut self, bytes: u64, disk: &mut dyn Disk) -> Result<Turn> {
         let enough = self.at.saturating_add(bytes.max(1));
         let mut stretch = vec![0; self.frame_bytes as usize];
-        while self.at < self.plain_bytes && self.at < enough {
-            let count = (self.plain_bytes - self.at).min(self.frame_bytes.into()) as usize;
+        let end = match &self.stage {
+            Stage::Checking(checking) => self.plain_bytes.min(checking.packed.plain_bytes()),
+            Stage::Writing(_) | Stage::Done { .. } => self.plain_bytes,
+        };
+        while self.at < end && self.at < enough {
+            let count = (end - self.at).min(self.frame_bytes.into()) as usize;
             let stretch = &mut stretch[..count];
             self.source.read_exact_at(stretch, self.at).named(&self.plain)?;
             match &mut self.stage {
                 Stage::Writing(writing) => writing.frame(stretch, self.coding, disk).named(&self.part)?,
-                Stage::Checking(checking) => checking.frame(stretch, self.at, &self.part, &self.plain)?,
+                Stage::Checking(checking) => {
+                    if !checking.frame(stretch, self.at).named(&self.part)? {
+                        return Err(self.not_the_same());
+                    }
+                }
                 Stage::Done { .. } => {}
             }
             self.at += count as u64;
         }
-        if self.at < self.plain_bytes {
+        if self.at < end {
             return Ok(Turn::More);
         }
         match &mut self.stage {
@@ -155,18 +184,30 @@ impl Packer {
                 };
                 disk.append(&writing.file, &write_table(&writing.frames)).named(&self.part)?;
                 put_head(&writing.file, &head, disk).named(&self.part)?;
+                // What is read back comes from the disk, as far as the system lets it.
+                rustix::fs::fadvise(&writing.file, 0, None, rustix::fs::Advice::DontNeed).ok();
                 let packed = Packed::open(&self.part)?;
-                self.stage = Stage::Checking(Box::new(Checking { packed, hash: Sha256::new() }));
+                self.stage = Stage::Checking(Box::new(Checking {
+                    is_damaged: packed.damage().is_some(),
+                    packed,
+                    hash: Sha256::new(),
+                    again: None,
+                }));
                 self.at = 0;
                 Ok(Turn::Written)
             }
             Stage::Checking(checking) => {
                 let sha256: [u8; 32] = checking.hash.clone().finalize().into();
-                let same = checking.packed.plain_bytes() == self.plain_bytes
-                    && checking.packed.plain_sha256() == sha256;
+                let is_begin = checking.packed.plain_sha256() == sha256;
+                let is_whole = !checking.is_damaged && checking.packed.plain_bytes() == self.plain_bytes;
                 let end = self.source.metadata().named(&self.plain)?.len();
-                if !same || end != self.plain_bytes {
-                    return Err(differs(&self.part, &self.plain));
+                if !is_begin || end != self.plain_bytes || !is_whole && checking.again.is_none() {
+                    return Err(self.not_the_same());
+                }
+                if let Some(part) = checking.again.take().filter(|_| !is_whole) {
+                    self.stage = Stage::Writing(Box::new(Writing::begin(&part, disk).named(&part)?));
+                    (self.part, self.at) = (part, 0);
+                    return Ok(Turn::More);
                 }
                 let packed_bytes = fs::metadata(&self.part).named(&self.part)?.len();
                 self.stage = Stage::Done { packed_bytes };
@@ -177,7 +218,33 @@ impl Packer {
     }
 }
 
+impl Packer {
+    /// The error for a compressed file that does not hold what the plain one holds.
+    fn not_the_same(&self) -> StoreError {
+        match &self.stage {
+            Stage::Checking(checking) if checking.again.is_some() => {
+                differs(&self.part, checking.packed.plain_bytes(), &self.plain, self.plain_bytes)
+            }
+            _ => StoreError::Io {
+                path: self.part.clone(),
+                source: io::Error::other(format!(
+                    "does not read back as {}, which stays as it is; check the disk",
+                    self.plain.display()
+                )),
+            },
+        }
+    }
+}
+
 impl Writing {
+    fn begin(part: &Path, disk: &mut dyn Disk) -> io::Result<Self> {
+        let file = File::create(part)?;
+        disk.append(&file, &[0; HEAD_BYTES])?;
+        let mut compressor = zstd::bulk::Compressor::new(LEVEL)?;
+        compressor.include_checksum(true)?;
+        Ok(Self { file, compressor, hash: Sha256::new(), frames: Vec::new(), unsynced_bytes: 0 })
+    }
+
     fn frame(&mut self, plain: &[u8], coding: Coding, disk: &mut dyn Disk) -> io::Result<()> {
         self.hash.update(plain);
         let columns;
@@ -190,29 +257,42 @@ impl Writing {
         };
         let packed = self.compressor.compress(unpacked)?;
         disk.append(&self.file, &packed)?;
+        self.unsynced_bytes += packed.len() as u64;
+        if self.unsynced_bytes >= SYNC_BYTES {
+            disk.sync(&self.file)?;
+            self.unsynced_bytes = 0;
+        }
         self.frames.push((packed.len() as u32, unpacked.len() as u32));
         Ok(())
     }
 }
 
 impl Checking {
-    fn frame(&mut self, plain: &[u8], at: u64, part: &Path, of: &Path) -> Result<()> {
+    /// Compares a stretch of the plain file; false if it differs. A damaged frame of a file that can be written anew is
+    /// only noted: the digest over the plain bytes decides.
+    fn frame(&mut self, plain: &[u8], at: u64) -> io::Result<bool> {
+        self.hash.update(plain);
         let mut done = 0;
         while done < plain.len() {
-            let from = self.packed.plain_from(at + done as u64).named(part)?;
+            let from = match self.packed.plain_from(at + done as u64) {
+                Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                    self.is_damaged = true;
+                    return Ok(self.again.is_some());
+                }
+                other => other?,
+            };
             let count = from.len().min(plain.len() - done);
             if count == 0 || from[..count] != plain[done..done + count] {
-                return Err(differs(part, of));
+                return Ok(false);
             }
-            self.hash.update(&from[..count]);
             done += count;
         }
-        Ok(())
+        Ok(true)
     }
 }
 
-fn differs(packed: &Path, plain: &Path) -> StoreError {
-    StoreError::Differs { packed: packed.to_owned(), plain: plain.to_owned() }
+fn differs(packed: &Path, packed_bytes: u64, plain: &Path, plain_bytes: u64) -> StoreError {
+    StoreError::Differs { packed: packed.to_owned(), packed_bytes, plain: plain.to_owned(), plain_bytes }
 }
 
 impl std::fmt::Debug for Packer {
