@@ -87,6 +87,13 @@ impl Store {
         // Each log has an arrival time of its own, which distinguishes its packets from earlier ones.
         let start_us = self.reserve_arrivals(now.micros(), files.len())?;
         for (at, file) in files.iter().enumerate() {
+            if let Err(error) = open_log(file)
+                && is_of_contents(&error)
+            {
+                imported.problems.push(format!("{}: cannot be unpacked: {error}", file.display()));
+                imported.files += 1;
+                continue;
+            }
             let received = UtcTime::from_micros(start_us + at as i64);
             let mut log = LogImport::open(file, received, std::mem::take(&mut imported))?;
             let number = at + 1;
@@ -293,7 +300,10 @@ fn is_of_contents(error: &io::Error) -> bool {
 /// # Errors
 /// When it cannot be read.
 pub fn begins_as_log(file: &Path) -> Result<bool> {
-    let mut log = open_log(file).named(file)?;
+    let mut log = match open_log(file) {
+        Err(error) if is_of_contents(&error) => return Ok(false),
+        other => other.named(file)?,
+    };
     while log.unpacked_bytes() <= LOOKED_AT_BYTES {
         let item = match log.next_item() {
             Err(error) if is_of_contents(&error) => break,

@@ -192,10 +192,10 @@ impl Packing {
     /// next start.
     fn discard(&mut self) {
         let folder = self.root.join(PACKING);
-        for packer in self.current.take().into_iter().chain(self.done.drain(..)) {
-            if packer.part().starts_with(&folder) {
-                fs::remove_file(packer.part()).ok();
-            }
+        self.current = None;
+        self.done.clear();
+        for name in [DATA, ARRIVALS] {
+            fs::remove_file(folder.join(self.own_name(name))).ok();
         }
         // Unless something else lies there.
         fs::remove_dir(&folder).ok();

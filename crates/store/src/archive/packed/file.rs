@@ -123,6 +123,11 @@ impl Packed {
         Ok(&self.plain[(at % frame_bytes) as usize..])
     }
 
+    /// Whether a place lies behind the last frame that was found.
+    fn is_behind_frames(&self, at: u64) -> bool {
+        at / u64::from(self.head.frame_bytes) >= self.frames.len() as u64
+    }
+
     /// Plain bytes from a place to the end of its frame.
     fn rest_of_frame(&self, at: u64) -> u64 {
         let frame_bytes = u64::from(self.head.frame_bytes);
@@ -183,6 +188,8 @@ impl Read for PackedReader {
                 into[..count].copy_from_slice(&from[..count]);
                 count
             }
+            // What is cut off has no end that the file could vouch for.
+            Err(_) if self.packed.is_behind_frames(self.at) => 0,
             Err(error) if error.kind() == io::ErrorKind::InvalidData => {
                 let count = self.packed.rest_of_frame(self.at).min(into.len() as u64) as usize;
                 into[..count].fill(0);
