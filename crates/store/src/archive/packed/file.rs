@@ -182,14 +182,16 @@ impl PackedReader {
 
 impl Read for PackedReader {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        // What is cut off ends there: nothing vouches for a length behind it.
+        if self.packed.is_behind_frames(self.at) {
+            return Ok(0);
+        }
         let count = match self.packed.plain_from(self.at) {
             Ok(from) => {
                 let count = from.len().min(into.len());
                 into[..count].copy_from_slice(&from[..count]);
                 count
             }
-            // What is cut off has no end that the file could vouch for.
-            Err(_) if self.packed.is_behind_frames(self.at) => 0,
             Err(error) if error.kind() == io::ErrorKind::InvalidData => {
                 let count = self.packed.rest_of_frame(self.at).min(into.len() as u64) as usize;
                 into[..count].fill(0);
