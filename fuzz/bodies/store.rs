@@ -1,11 +1,13 @@
-//! What must hold whatever stands in the archive's sidecar `Arrivals.idx`. The fuzz target calls this with bytes of
+//! What must hold whatever stands in the archive's sidecar `Arrivals.idx`, and in the files of a compressed day. The fuzz target calls this with bytes of
 //! its own making, and `make test` with the committed seeds and everything that was ever found.
 
 use imc::messages::Temperature;
 use imc::{Address, Header};
 use std::fs;
-use std::path::Path;
-use store::{Reader, Store};
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use store::{Accepted, LinkSeq, Packing, Reader, Store, Transport, plan_packing};
+use units::UtcTime;
 
 pub(crate) const SYSTEM: Address = Address(0x2810);
 /// 2026-11-21T08:00:00Z.
@@ -21,6 +23,86 @@ pub(crate) fn packet(number: u64) -> Vec<u8> {
     bytes
 }
 
+fn scratch() -> tempfile::TempDir {
+    let memory = Path::new("/dev/shm");
+    let folder = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() };
+    folder.expect("a scratch folder")
+}
+
+fn day(folder: &Path) -> PathBuf {
+    folder.join("archive/0x2810/20261121")
+}
+
+/// The files of a compressed day, packets and records, as a store makes them.
+pub(crate) static PACKED: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+    let folder = scratch();
+    let mut store = Store::open(folder.path()).expect("a new folder");
+    for number in 0..=PACKETS {
+        // The last packet is of the day after: the newest day is not compressed.
+        let after_s = if number == PACKETS { 86_400.0 } else { 0.0 };
+        let received = UtcTime::from_seconds(START_S + number as f64 + after_s).expect("a time");
+        let link = Some(LinkSeq { stream: 7, seq: number });
+        let packet = packet(number);
+        store
+            .accept(&Accepted { packet: &packet, received, transport: Transport::Link, link })
+            .expect("a packet");
+    }
+    store.commit().expect("room");
+    let now = UtcTime::from_seconds(START_S + 86_400.0 * 9.0).expect("a time");
+    let plan = plan_packing(folder.path(), 3, now).expect("readable");
+    let mut packing = Packing::begin(folder.path(), &plan[0]).expect("room");
+    while packing.work(u64::MAX).expect("room") {}
+    store.adopt(&mut packing).expect("room").expect("nothing came for it");
+    ["Data.lsf.zst", "Arrivals.zst"].map(|name| fs::read(day(folder.path()).join(name)).expect("it is there"))
+});
+
+/// The first byte says which file is damaged, whether what follows takes the place of all of it or of a part, and whether the
+/// sum of its head is made right; two bytes say where the part begins. The store opens, reads what it can, and changes
+/// neither file.
+pub(crate) fn packed(data: &[u8]) {
+    let Some((how, rest)) = data.split_first() else { return };
+    let mut files = PACKED.clone();
+    let file = &mut files[usize::from(how & 1)];
+    if how & 2 == 0 {
+        *file = rest.to_vec();
+    } else if let Some(([low, high], bytes)) = rest.split_first_chunk() {
+        let at = usize::from(u16::from_le_bytes([*low, *high])) % file.len();
+        let end = file.len().max(at + bytes.len());
+        file.resize(end, 0);
+        file[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+    if how & 4 != 0 && file.len() >= 62 {
+        let sum = imc::crc16(&file[..60]);
+        file[60..62].copy_from_slice(&sum.to_le_bytes());
+    }
+    let folder = scratch();
+    let day = day(folder.path());
+    fs::create_dir_all(&day).expect("room");
+    let paths = ["Data.lsf.zst", "Arrivals.zst"].map(|name| day.join(name));
+    for (path, bytes) in paths.iter().zip(&files) {
+        fs::write(path, bytes).expect("room");
+    }
+    let read = || {
+        let mut store = Store::open(folder.path()).expect("damage stops nothing");
+        store.index().ok();
+        let durable = store.durable(7);
+        store.close().ok();
+        let now = UtcTime::from_seconds(START_S).expect("a time");
+        store::doctor(folder.path(), now, true, &mut |_| true).expect("damage is a check");
+        store::covered(folder.path()).ok();
+        durable
+    };
+    let durable = read();
+    assert_eq!(read(), durable, "opened again it is as it was");
+    for (path, bytes) in paths.iter().zip(&files) {
+        assert!(fs::read(path).expect("it is there") == *bytes, "a compressed file was changed");
+    }
+    assert!(
+        !day.join("Data.lsf").exists() && !day.join("Arrivals.idx").exists(),
+        "a compressed day was written to"
+    );
+}
+
 /// The first byte says whether each record's sum is made right, so that what it says is believed; the rest is the
 /// sidecar. The store opens, keeps every packet and gives each of them once; opened again it is as it was.
 pub(crate) fn arrivals(data: &[u8]) {
@@ -32,10 +114,8 @@ pub(crate) fn arrivals(data: &[u8]) {
             record[RECORD_BYTES - 2..].copy_from_slice(&sum.to_le_bytes());
         }
     }
-    let memory = Path::new("/dev/shm");
-    let folder = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() };
-    let folder = folder.expect("a scratch folder");
-    let day = folder.path().join("archive/0x2810/20261121");
+    let folder = scratch();
+    let day = day(folder.path());
     let log: Vec<u8> = (0..PACKETS).flat_map(packet).collect();
     fs::create_dir_all(&day).expect("room");
     fs::write(day.join("Data.lsf"), &log).expect("room");

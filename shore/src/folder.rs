@@ -52,6 +52,9 @@ const MARKS: [&str; 8] = [
 /// What a new folder may hold: the entry of every new file system, and the configuration.
 const NO_MATTER: [&str; 2] = ["lost+found", "server.toml"];
 
+/// Files of a day of the archive.
+const DAY_FILES: [&str; 5] = ["Data.lsf", "Data.lsf.zst", "Arrivals.idx", "Arrivals.zst", "IMC.xml.gz"];
+
 /// Working folder of a restore: inside the data folder or, prefixed with the data folder's name, beside it.
 pub const RESTORING: &str = ".restoring";
 
@@ -60,15 +63,15 @@ pub fn is_ours(way: &[&str], is_folder: bool) -> bool {
     match way {
         [name] if is_folder => *name == "archive" || HISTORIES.contains(name) || FOLDERS.contains(name),
         [name] => FILES.contains(name),
-        ["archive", name] if is_folder => is_system(name) || *name == "definitions",
+        ["archive", name] if is_folder => is_system(name) || ["definitions", "packing"].contains(name),
         ["archive", name] => {
             name.starts_with("gaps.jsonl") || ["shortened.jsonl", "trimmed", "format.json"].contains(name)
         }
         ["archive", "definitions", name] => !is_folder && name.starts_with("IMC-"),
+        ["archive", "packing", name] => !is_folder && DAY_FILES.contains(name),
         ["archive", system, day] => is_folder && is_system(system) && is_day(day),
         ["archive", system, day, name] => {
-            let is_there = ["Data.lsf", "Arrivals.idx", "IMC.xml.gz"].contains(name);
-            !is_folder && is_there && is_system(system) && is_day(day)
+            !is_folder && DAY_FILES.contains(name) && is_system(system) && is_day(day)
         }
         [folder, name] if HISTORIES.contains(folder) => {
             !is_folder && (name.contains(".sqlite") || *name == "refused")
@@ -85,8 +88,12 @@ fn is_system(name: &str) -> bool {
     name.strip_prefix("0x").is_some_and(|hex| hex.len() == 4 && u16::from_str_radix(hex, 16).is_ok())
 }
 
+/// `20261121`, or a further part of it, `20261121-2`.
 fn is_day(name: &str) -> bool {
-    name.len() == 8 && name.bytes().all(|byte| byte.is_ascii_digit())
+    let (day, part) = name.split_once('-').unwrap_or((name, "2"));
+    day.len() == 8
+        && (1..=2).contains(&part.len())
+        && (day.bytes().chain(part.bytes())).all(|byte| byte.is_ascii_digit())
 }
 
 /// Refuses a folder that holds other files and none of Lutra's. An absent or empty one is accepted.

@@ -34,6 +34,7 @@ pub mod missions;
 pub mod notices;
 mod once;
 pub mod owners;
+mod packing;
 mod parameters;
 pub mod plans;
 pub mod private;

@@ -14,6 +14,7 @@ use crate::logbook::Logbook;
 use crate::missions::Missions;
 use crate::notices::Notices;
 use crate::owners::Owners;
+use crate::packing::Compression;
 use crate::recorder::Recorder;
 use crate::register::Register;
 use crate::reports::Reports;
@@ -59,6 +60,7 @@ pub struct Running {
     pub first_admin: Option<FirstAdmin>,
     sinks: Option<Sinks>,
     data: PathBuf,
+    compress_after_days: u16,
     recording: std::thread::JoinHandle<()>,
 }
 
@@ -162,12 +164,14 @@ impl Opened {
             tasks,
         };
         let shore = Arc::new(shore);
-        Ok(Running { shore, first_admin, sinks: Some(open_sinks), data: settings.data, recording })
+        let Settings { data, compress_after_days, .. } = settings;
+        Ok(Running { shore, first_admin, sinks: Some(open_sinks), data, compress_after_days, recording })
     }
 }
 
 impl Running {
-    /// Starts the background tasks: the audit log, changes of the chart set, sinks, the alarm watch.
+    /// Starts the background tasks: the audit log, changes of the chart set, sinks, compression of the
+    /// archive, the alarm watch.
     fn keep(&mut self) {
         let Shore {
             people,
@@ -179,6 +183,7 @@ impl Running {
             notices,
             recorder,
             owners,
+            clock,
             tasks,
             stop,
             ..
@@ -199,6 +204,15 @@ impl Running {
             tasks: tasks.clone(),
             stop: stop.clone(),
         };
+        if self.compress_after_days > 0 {
+            let compression = Compression {
+                data: self.data.clone(),
+                after_days: self.compress_after_days,
+                recorder: recorder.clone(),
+                clock: clock.clone(),
+            };
+            tasks.spawn(owners.watch("the compression of old days", compression.keep(stop.clone())));
+        }
         tasks.spawn(owners.watch("the watch for alarms", alarms.clone().watch(watch)));
         tasks.spawn(
             owners.watch("the messages about alarms", notices.clone().keep(alarms.clone(), stop.clone())),

@@ -5,23 +5,20 @@
 //! the copy reads the difference. Of a day packets come before their records: a record without its packet is cut off when
 //! the copy is opened, while a packet without its record would have lost its number.
 
-use crate::archive::{self, ARRIVAL_BYTES, ARRIVALS, DATA, DayKey, Record};
+use crate::archive::{self, ARRIVAL_BYTES, ARRIVALS, DATA, DayKey, Record, Records, bytes, packed_name};
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::{self, CATALOGUE};
 use imc::Address;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OpenFlags};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
 /// Pages that are copied between two checks for cancellation.
 const PAGES: i32 = 1_000;
 /// Files of the archive beside its days.
-const BESIDE_DAYS: [&str; 4] =
-    ["gaps.jsonl", archive::shortened::SHORTENED, archive::format::FORMAT_FILE, archive::TRIMMED];
+const BESIDE_DAYS: [&str; 3] = ["gaps.jsonl", archive::shortened::SHORTENED, archive::TRIMMED];
 
 /// How a file changes while a server runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,11 +68,44 @@ pub fn backup_files(data: &Path) -> Result<Vec<BackupFile>> {
     for key in days {
         let now = newest == Some(key.day);
         let folder = archive.join(key.name());
-        add(folder.join(DATA), Changes::Grows { now });
-        add(folder.join(ARRIVALS), Changes::Grows { now });
+        for name in [DATA, ARRIVALS] {
+            // The one in use, asked once: the compressed one has its name before the plain one loses it.
+            if bytes::is_plain_in_use(&data.join(&folder), name) {
+                found.push(BackupFile { path: folder.join(name), changes: Changes::Grows { now } });
+            } else if data.join(&folder).join(packed_name(name)).is_file() {
+                let path = folder.join(packed_name(name));
+                found.push(BackupFile { path, changes: Changes::Grows { now: false } });
+            }
+        }
+        let mut add = |path: PathBuf, changes| {
+            if data.join(&path).is_file() {
+                found.push(BackupFile { path, changes });
+            }
+        };
         add(folder.join(archive::DEFINITIONS), Changes::Grows { now: false });
     }
+    // After the days: it is raised before the first of them is compressed.
+    let format = archive.join(archive::format::FORMAT_FILE);
+    if data.join(&format).is_file() {
+        found.push(BackupFile { path: format, changes: Changes::Whole });
+    }
     Ok(found)
+}
+
+/// The other form of a day's file, plain or compressed, by its path; `None` for all other files.
+pub fn other_form(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let other = [DATA, ARRIVALS].into_iter().find_map(|plain| match name {
+        name if name == plain => Some(packed_name(plain)),
+        name if name == packed_name(plain) => Some(plain),
+        _ => None,
+    })?;
+    Some(path.with_file_name(other))
+}
+
+/// Whether a day's file is compressed, by its path.
+pub fn is_packed(path: &Path) -> bool {
+    [DATA, ARRIVALS].iter().any(|plain| path.file_name().is_some_and(|name| name == packed_name(plain)))
 }
 
 /// Copies one consistent state of a database, however much is written meanwhile. `progress` may stop it by returning false.
@@ -121,11 +151,13 @@ pub fn covered(data: &Path) -> Result<Vec<Covered>> {
     let root = data.join(crate::layout::ARCHIVE);
     let mut all: BTreeMap<Address, Covered> = BTreeMap::new();
     for key in archive::days(&root)? {
-        let Some((from, to)) = arrivals(&key.folder(&root).join(ARRIVALS))?.or_else(|| whole_day(key)) else {
+        // A day whose records cannot be read counts as one whose records were lost.
+        let Some((from, to)) = arrivals(&key.folder(&root)).ok().flatten().or_else(|| whole_day(key)) else {
             continue;
         };
         let one = all.entry(key.src).or_insert(Covered { system: key.src, from, to, days: 0 });
-        (one.from, one.to, one.days) = (one.from.min(from), one.to.max(to), one.days + 1);
+        (one.from, one.to, one.days) =
+            (one.from.min(from), one.to.max(to), one.days + u32::from(key.part == 0));
     }
     Ok(all.into_values().collect())
 }
@@ -135,32 +167,27 @@ fn whole_day(key: DayKey) -> Option<(UtcTime, UtcTime)> {
     key.start().map(|start| (start, start))
 }
 
+/// Records at the start and the end of a day among which its first and its last packet are looked for: jumps have no time.
+const LOOKED_AT: u64 = 1_000;
+
 /// When the first and the last packet of a day came: records are in the order in which packets came.
-fn arrivals(path: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
-    let Ok(mut file) = File::open(path) else { return Ok(None) };
-    let records = file.metadata().named(path)?.len() / ARRIVAL_BYTES as u64;
-    let mut at = |number: u64| -> Result<Option<UtcTime>> {
-        let mut bytes = [0; ARRIVAL_BYTES];
-        file.seek(SeekFrom::Start(number * ARRIVAL_BYTES as u64)).named(path)?;
-        file.read_exact(&mut bytes).named(path)?;
-        Ok(match Record::read(&bytes) {
-            Some(Record::Packet(arrival)) => Some(arrival.received),
-            Some(Record::Jump { .. }) | None => None,
-        })
+fn arrivals(folder: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
+    let records = bytes::readable_bytes(folder, ARRIVALS) / ARRIVAL_BYTES as u64;
+    let among = |from: u64, last: bool| -> Result<Option<UtcTime>> {
+        let mut records = Records::open(folder, from * ARRIVAL_BYTES as u64)?;
+        let mut found = None;
+        for _ in 0..LOOKED_AT {
+            match records.next()? {
+                Some(Record::Packet(arrival)) => found = Some(arrival.received),
+                Some(Record::Jump { .. }) => {}
+                None => break,
+            }
+            if found.is_some() && !last {
+                break;
+            }
+        }
+        Ok(found)
     };
-    // Jumps have no time; a packet follows each.
-    let (mut first, mut last) = (None, None);
-    for number in 0..records.min(1_000) {
-        first = at(number)?;
-        if first.is_some() {
-            break;
-        }
-    }
-    for number in (records.saturating_sub(1_000)..records).rev() {
-        last = at(number)?;
-        if last.is_some() {
-            break;
-        }
-    }
+    let (first, last) = (among(0, false)?, among(records.saturating_sub(LOOKED_AT), true)?);
     Ok(first.zip(last).map(|(first, last)| (first.min(last), last.max(first))))
 }

@@ -1,6 +1,6 @@
 //! Checks of the store, with remedies.
 
-use crate::archive::{self, ARRIVALS, DATA, DayReader, shortened};
+use crate::archive::{self, ARRIVALS, DATA, DayReader, bytes, shortened};
 use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
@@ -121,11 +121,17 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
     let root = data.join("archive");
     let days = archive::days(&root)?;
     let mut checks = Vec::new();
-    let mut bytes = 0;
+    let (mut disk_bytes, mut packed) = (0, 0);
     for key in &days {
         let folder = key.folder(&root);
-        bytes += fs::metadata(folder.join(DATA)).map_or(0, |file| file.len());
-        if !folder.join(ARRIVALS).exists() {
+        disk_bytes += bytes::disk_bytes(&folder);
+        packed += usize::from(bytes::is_packed(&folder));
+        for found in bytes::findings(&folder) {
+            let found = format!("archive/{}/{found}", key.name());
+            let remedy = "check the disk; copy the day's folder from a backup while the server is stopped";
+            checks.push(Check::new("archive", Health::Problem, found, remedy));
+        }
+        if !bytes::is_there(&folder, ARRIVALS) {
             checks.push(Check::new(
                 "archive",
                 Health::Warning,
@@ -133,6 +139,16 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
                 "restart the server: it is made again, without the times of arrival",
             ));
         }
+    }
+    let aside = fs::read_dir(root.join(archive::DAMAGED)).map_or(0, Iterator::count);
+    if aside > 0 {
+        checks.push(Check::new(
+            "archive",
+            Health::Warning,
+            format!("{aside} compressed files that could not be read lie in archive/{}", archive::DAMAGED),
+            "check the disk that damaged them; the days were compressed again from their plain files. Remove them once \
+             `lutra-server doctor --thorough` finds no damage",
+        ));
     }
     // Read before the lengths: the files of a server that runs only grow.
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
@@ -147,7 +163,9 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
              archive/shortened.jsonl (a start writes it), so that it is no longer reported",
         ));
     }
-    checks.push(Check::good("archive", format!("{} days of systems, {} MiB", days.len(), bytes >> 20)));
+    let found =
+        format!("{} days of systems, {packed} of them compressed, {} MiB", days.len(), disk_bytes >> 20);
+    checks.push(Check::good("archive", found));
     Ok(checks)
 }
 
@@ -247,7 +265,7 @@ fn history_follows(data: &Path) -> Result<Check> {
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
     let mut unread = 0;
     for key in archive::days(&root)? {
-        let length = fs::metadata(key.folder(&root).join(DATA)).map_or(0, |file| file.len());
+        let length = bytes::readable_bytes(&key.folder(&root), DATA);
         unread += length.saturating_sub(read.get(&key).map_or(0, |progress| progress.lengths.data));
     }
     let found = format!("{} KiB of the archive are not yet marked as read into the history", unread >> 10);

@@ -45,6 +45,35 @@ pub enum StoreError {
         /// The version that wrote it.
         program: String,
     },
+    /// A compressed file of the archive does not hold what the plain file beside it holds. The longer one is in use.
+    #[error(
+        "{} ({packed_bytes} bytes when unpacked) does not hold the same as {} ({plain_bytes} bytes): both are kept, and the {} \
+         one is in use. Check the disk, and compare both with a backup before you move the other one away",
+        packed.display(), plain.display(), if packed_bytes >= plain_bytes { "compressed" } else { "plain" }
+    )]
+    Differs {
+        /// The compressed file.
+        packed: PathBuf,
+        /// Bytes that it holds, unpacked.
+        packed_bytes: u64,
+        /// The plain file.
+        plain: PathBuf,
+        /// Its bytes.
+        plain_bytes: u64,
+    },
+    /// There is no room to compress a day.
+    #[error(
+        "archive/{what} is not compressed: {} MiB of the disk are free, and {} are needed beside what is left to recording; make room",
+        free >> 20, (needed >> 20) + 1
+    )]
+    NoRoom {
+        /// The day.
+        what: String,
+        /// Bytes that are free.
+        free: u64,
+        /// Bytes that must be free.
+        needed: u64,
+    },
     /// The history does not hold all of the archive yet, and what was asked for needs that.
     #[error("{0}; it can be done when that is over")]
     Behind(String),

@@ -14,20 +14,20 @@ const START_US: i64 = 1_795_248_000_000_000;
 const STREAM: u64 = 99;
 
 /// A folder in memory where there is one: these tests sync a thousand times.
-fn scratch() -> tempfile::TempDir {
+pub(crate) fn scratch() -> tempfile::TempDir {
     let memory = Path::new("/dev/shm");
     if memory.is_dir() { tempfile::tempdir_in(memory).unwrap() } else { tempfile::tempdir().unwrap() }
 }
 
 /// A disk with room for some bytes, and perhaps one that cannot sync.
 #[derive(Debug, Clone, Copy)]
-struct State {
-    room: usize,
-    syncs: bool,
+pub(crate) struct State {
+    pub(crate) room: usize,
+    pub(crate) syncs: bool,
 }
 
 #[derive(Debug)]
-struct FullDisk(Arc<Mutex<State>>);
+pub(crate) struct FullDisk(pub(crate) Arc<Mutex<State>>);
 
 impl Disk for FullDisk {
     fn append(&mut self, mut file: &File, bytes: &[u8]) -> io::Result<()> {
@@ -176,7 +176,7 @@ fn original() -> tempfile::TempDir {
     folder
 }
 
-fn copy(from: &Path, to: &Path) {
+pub(crate) fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
         let entry = entry.unwrap();

@@ -5,9 +5,9 @@
 //! days are read again; a history of a later version is left alone; one that cannot be opened is tried again.
 
 use crate::archive::{self, Archive, DayKey, DayReader, Lengths, Written, shortened};
-use crate::error::{Named as _, Result, StoreError};
+use crate::error::{Result, StoreError};
 use crate::history::{Extent, History, Progress};
-use crate::layout::free_bytes;
+use crate::layout::{free_bytes, reserved_bytes};
 use crate::packet::Arrived;
 use imc::PacketView;
 use link::LinkSeq;
@@ -30,8 +30,6 @@ const SAVE_AFTER_US: i64 = 30_000_000;
 const IDLE_COMMITS: u32 = 20;
 /// A history that cannot be opened is tried again each time so many slices were asked for.
 const TRY_EVERY: u32 = 10;
-/// Bytes on a disk that reading what is missing leaves to the archive; of a small disk a twentieth.
-const RESERVED_BYTES: u64 = 512 << 20;
 /// Causes that are reported; more of them are counted.
 const CAUSES: usize = 4;
 
@@ -173,8 +171,12 @@ impl Follower {
                 self.causes.push(text.to_owned());
             }
         }
-        self.behind =
-            days.into_iter().filter(|key| self.progress(*key).lengths != archive.lengths(*key)).collect();
+        // A day without bytes that can be read is one whose compressed file is damaged.
+        let lacks = |key: &DayKey| {
+            let lengths = archive.lengths(*key);
+            lengths.data > 0 && self.progress(*key).lengths != lengths
+        };
+        self.behind = days.into_iter().filter(lacks).collect();
         self.most_behind = self.behind_bytes(archive);
         Ok(shorter)
     }
@@ -312,7 +314,7 @@ impl Follower {
         self.history()?;
         let mut done = Chunk::default();
         while done.packets < packets as u64
-            && let Some(key) = self.behind.iter().max_by_key(|key| (key.day, key.src)).copied()
+            && let Some(key) = self.behind.iter().max_by_key(|key| (key.day, key.part, key.src)).copied()
         {
             Self::leave_room(archive)?;
             match self.read(archive, key, packets - done.packets as usize)? {
@@ -350,9 +352,7 @@ impl Follower {
 
     /// Refuses to fill a disk that the archive needs.
     fn leave_room(archive: &Archive) -> Result<()> {
-        let disk = rustix::fs::statvfs(archive.root()).map_err(std::io::Error::from).named(archive.root())?;
-        let reserved = RESERVED_BYTES.min(disk.f_blocks.saturating_mul(disk.f_frsize) / 20);
-        let free = free_bytes(archive.root())?;
+        let (reserved, free) = (reserved_bytes(archive.root())?, free_bytes(archive.root())?);
         if free < reserved {
             return Err(StoreError::Behind(format!(
                 "the history is made again from the archive once there is room: {} MiB of the disk are free, and {} \

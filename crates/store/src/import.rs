@@ -9,7 +9,7 @@ use crate::store::Store;
 use imc::Damage;
 use imc::lsf::{LogItem, LogReader};
 use std::fs::{self, File};
-use std::io::{Chain, Cursor};
+use std::io::{self, BufReader, Chain, Cursor, Read, Seek as _};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -19,6 +19,9 @@ const COMMIT_PACKETS: u64 = 20_000;
 const COMMIT_BYTES: usize = 8 << 20;
 /// Bytes in which a log must have a packet to count as one.
 const LOOKED_AT_BYTES: u64 = 1 << 20;
+/// The first four bytes of files that zstd packed.
+const ZSTD_MAGIC: u32 = 0xFD2F_B528;
+const ZSTD_SKIPPABLE: u32 = 0x184D_2A50;
 
 /// How far an import is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,7 +75,9 @@ impl Store {
                 let before = files.len();
                 find_logs(path, &mut files, &mut imported.problems)?;
                 if files.len() == before {
-                    imported.problems.push(format!("{}: holds no logs (*.lsf, *.lsf.gz)", path.display()));
+                    imported
+                        .problems
+                        .push(format!("{}: holds no logs (*.lsf, *.lsf.gz, *.lsf.zst)", path.display()));
                 }
             } else {
                 files.push(path.clone());
@@ -82,6 +87,13 @@ impl Store {
         // Each log has an arrival time of its own, which distinguishes its packets from earlier ones.
         let start_us = self.reserve_arrivals(now.micros(), files.len())?;
         for (at, file) in files.iter().enumerate() {
+            if let Err(error) = open_log(file)
+                && is_of_contents(&error)
+            {
+                imported.problems.push(format!("{}: cannot be unpacked: {error}", file.display()));
+                imported.files += 1;
+                continue;
+            }
             let received = UtcTime::from_micros(start_us + at as i64);
             let mut log = LogImport::open(file, received, std::mem::take(&mut imported))?;
             let number = at + 1;
@@ -130,7 +142,7 @@ impl Store {
 #[derive(Debug)]
 pub struct LogImport {
     file: PathBuf,
-    log: LogReader<Chain<Cursor<Vec<u8>>, File>>,
+    log: LogReader<Chain<Cursor<Vec<u8>>, LogFile>>,
     /// Arrival time, which distinguishes its packets from earlier ones.
     received: UtcTime,
     imported: Imported,
@@ -152,7 +164,7 @@ impl LogImport {
     }
 
     fn open(file: &Path, received: UtcTime, imported: Imported) -> Result<Self> {
-        let (log, before) = (LogReader::open(file).named(file)?, imported.packets);
+        let (log, before) = (open_log(file).named(file)?, imported.packets);
         Ok(Self { file: file.to_owned(), log, received, imported, before, first_damage: None })
     }
 
@@ -180,7 +192,16 @@ impl LogImport {
         let (enough_packets, enough_bytes) =
             (self.imported.packets.saturating_add(packets), self.read_bytes().saturating_add(bytes));
         let more = loop {
-            match self.log.next_item().named(&self.file)? {
+            let item = match self.log.next_item() {
+                // zstd's own errors, and an end that comes too early: this log ends here, and others go on.
+                Err(error) if is_of_contents(&error) => {
+                    let problem = format!("{}: cannot be unpacked to its end: {error}", self.file.display());
+                    self.imported.problems.push(problem);
+                    break false;
+                }
+                other => other.named(&self.file)?,
+            };
+            match item {
                 Some(LogItem::Packet { view, .. }) => {
                     self.imported.packets += 1;
                     if store.accept_from_log(&view, self.received)? == Outcome::Recorded {
@@ -227,15 +248,68 @@ impl LogImport {
     }
 }
 
+/// A log's file: as it is, or unpacked by zstd on the way.
+enum LogFile {
+    AsItIs(File),
+    Zstd(Box<zstd::stream::read::Decoder<'static, BufReader<File>>>),
+}
+
+impl std::fmt::Debug for LogFile {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str("LogFile")
+    }
+}
+
+impl Read for LogFile {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::AsItIs(file) => file.read(into),
+            Self::Zstd(decoder) => decoder.read(into),
+        }
+    }
+}
+
+/// Opens a log, plain or packed by gzip or zstd, by its first bytes.
+fn open_log(path: &Path) -> io::Result<LogReader<Chain<Cursor<Vec<u8>>, LogFile>>> {
+    let mut file = File::open(path)?;
+    let mut start = Vec::new();
+    file.by_ref().take(4).read_to_end(&mut start)?;
+    file.rewind()?;
+    let magic = start.as_slice().try_into().map_or(0, u32::from_le_bytes);
+    // A frame, or a skippable frame, with which compressed days of an archive begin.
+    let is_zstd = magic == ZSTD_MAGIC || magic & !0xF == ZSTD_SKIPPABLE;
+    let file = if is_zstd {
+        let mut decoder = zstd::stream::read::Decoder::new(file)?;
+        // Memory that a file from elsewhere can ask for: 8 MiB, as the format recommends.
+        decoder.window_log_max(23)?;
+        LogFile::Zstd(Box::new(decoder))
+    } else {
+        LogFile::AsItIs(file)
+    };
+    LogReader::detect(file)
+}
+
+/// Whether an error is about what a packed file holds; those of the system have its number.
+fn is_of_contents(error: &io::Error) -> bool {
+    error.raw_os_error().is_none()
+}
+
 /// Whether a file begins as a log does: a packet within its first MiB, unpacked. One that was not written to its
 /// end is read as far as it goes.
 ///
 /// # Errors
 /// When it cannot be read.
 pub fn begins_as_log(file: &Path) -> Result<bool> {
-    let mut log = LogReader::open(file).named(file)?;
+    let mut log = match open_log(file) {
+        Err(error) if is_of_contents(&error) => return Ok(false),
+        other => other.named(file)?,
+    };
     while log.unpacked_bytes() <= LOOKED_AT_BYTES {
-        match log.next_item().named(file)? {
+        let item = match log.next_item() {
+            Err(error) if is_of_contents(&error) => break,
+            other => other.named(file)?,
+        };
+        match item {
             Some(LogItem::Packet { .. }) => return Ok(true),
             Some(LogItem::Damage(_) | LogItem::Cut { .. }) => {}
             None => break,
@@ -255,7 +329,7 @@ fn find_logs(folder: &Path, files: &mut Vec<PathBuf>, problems: &mut Vec<String>
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
         if fs::symlink_metadata(&path).named(&path)?.is_dir() {
             find_logs(&path, files, problems)?;
-        } else if [".lsf", ".lsf.gz", ".imc", ".imc.gz"].iter().any(|end| name.ends_with(end)) {
+        } else if [".lsf", ".lsf.gz", ".lsf.zst", ".imc", ".imc.gz"].iter().any(|end| name.ends_with(end)) {
             files.push(path);
         } else if name.ends_with(".lsf.bz2") {
             problems.push(format!("{}: is packed by bzip2; unpack it with `bunzip2` first", path.display()));

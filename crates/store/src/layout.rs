@@ -13,6 +13,9 @@ pub(crate) const GROWING: &str = "history.new";
 /// The one that was replaced.
 pub(crate) const REPLACED: &str = "history.old";
 
+/// See [`reserved_bytes`].
+const RESERVED_BYTES: u64 = 512 << 20;
+
 /// Bytes that can still be written to the disk of a folder.
 ///
 /// # Errors
@@ -20,6 +23,12 @@ pub(crate) const REPLACED: &str = "history.old";
 pub fn free_bytes(folder: &Path) -> Result<u64> {
     let disk = rustix::fs::statvfs(folder).map_err(std::io::Error::from).named(folder)?;
     Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+/// Bytes on the disk of a folder that derived data leave to recording: 512 MiB, of a small disk a twentieth.
+pub(crate) fn reserved_bytes(folder: &Path) -> Result<u64> {
+    let disk = rustix::fs::statvfs(folder).map_err(std::io::Error::from).named(folder)?;
+    Ok(RESERVED_BYTES.min(disk.f_blocks.saturating_mul(disk.f_frsize) / 20))
 }
 
 /// Ends a change from one history to another that a crash broke off.

@@ -7,7 +7,7 @@
 //! - [`Reader`] answers queries to the history, with or without a writer beside it: systems, series, samples,
 //!   [`Buckets`] for plots of any range, tracks, detections, log books, gaps.
 //! - [`export_csv`] and [`export_lsf`] export data; [`Store::import`] imports logs.
-//! - [`reindex`], [`Store::retain`], [`plan_unattended`], [`backup_files`] and [`doctor()`] maintain it. A fault of the
+//! - [`reindex`], [`Store::retain`], [`plan_unattended`], [`plan_packing`], [`backup_files`] and [`doctor()`] maintain it. A fault of the
 //!   history stops nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
 //!
 //! ```
@@ -35,6 +35,9 @@
 //! DATA/archive/0x2810/20261121/Data.lsf   packets as they came; opens in Neptus MRA
 //!                              IMC.xml.gz the message definitions
 //!                              Arrivals.idx when and how each came, and its number in a record lane
+//!                              Data.lsf.zst, Arrivals.zst: both, compressed, some days later
+//! DATA/archive/0x2810/20261121-2/         what still came for a day that was compressed already
+//! DATA/archive/packing/                   files that are being compressed
 //! DATA/archive/format.json                the format of these files
 //! DATA/archive/gaps.jsonl                 gaps that vessels declared
 //!              shortened.jsonl            days that held more once; reported until removed
@@ -70,6 +73,9 @@ mod import;
 mod layout;
 mod lock;
 mod packet;
+mod packing;
+#[cfg(test)]
+mod packing_tests;
 mod range;
 mod reader;
 mod reindex;
@@ -79,8 +85,8 @@ mod tail;
 mod unattended;
 mod usage;
 
-pub use archive::{Archived, Arrival, DayKey, DayReader};
-pub use backup::{BackupFile, Changes, Covered, backup_files, copy_database, covered};
+pub use archive::{Archived, Arrival, DayKey, DayReader, Packed};
+pub use backup::{BackupFile, Changes, Covered, backup_files, copy_database, covered, is_packed, other_form};
 pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{
@@ -93,6 +99,7 @@ pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
 pub use layout::free_bytes;
 pub use link::{LinkSeq, Transport};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
+pub use packing::{PackStep, Packable, PackedDay, Packing, plan_packing};
 pub use range::{NO_TIME_US, TimeRange};
 pub use reader::{
     Acoustic, Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged,

@@ -116,13 +116,13 @@ fn why_less(
         let (system, date) = day.split_once('/').unwrap_or((day, ""));
         let name = system.parse().map_or_else(|_| system.to_owned(), |address| names.system(address));
         let who = if name.eq_ignore_ascii_case(system) { name } else { format!("{name} ({system})") };
-        let (lost, file) = (was.saturating_sub(*is), archive::DATA);
+        let lost = was.saturating_sub(*is);
         let date = match (date.get(..4), date.get(4..6), date.get(6..)) {
             (Some(year), Some(month), Some(day)) => format!("{year}-{month}-{day}"),
             _ => date.to_owned(),
         };
         causes.push(format!(
-            "of what came from {who} on {date}, {lost} of {was} bytes are gone from archive/{day}/{file}"
+            "of what came from {who} on {date}, {lost} of {was} bytes are gone from archive/{day}"
         ));
     }
     if archive::is_trimmed(&data.join(ARCHIVE)) {

@@ -1,6 +1,6 @@
 //! Removal of old data.
 
-use crate::archive::{self, DATA};
+use crate::archive;
 use crate::error::{Named as _, Result};
 use crate::history;
 use crate::store::Store;
@@ -52,10 +52,7 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
             retention.archive_before.is_some_and(|before| ended.is_some_and(|end| end <= before.micros()));
         if old {
             let path = key.folder(&root);
-            let bytes = [DATA, archive::ARRIVALS]
-                .iter()
-                .map(|name| fs::metadata(path.join(name)).map_or(0, |file| file.len()))
-                .sum();
+            let bytes = archive::bytes::disk_bytes(&path);
             removals.push(Removal { path, bytes });
         }
     }
@@ -101,12 +98,15 @@ impl Store {
             let path = &removal.path;
             if path.is_dir() {
                 // The data goes first: a folder without it is not a day, so a power cut here leaves only litter.
-                match fs::remove_file(path.join(DATA)) {
-                    Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                        return Err(error).named(path);
+                for file in archive::bytes::day_files(path) {
+                    match fs::remove_file(&file) {
+                        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                            return Err(error).named(&file);
+                        }
+                        _ => {}
                     }
-                    _ => fs::remove_dir_all(path).named(path)?,
                 }
+                fs::remove_dir_all(path).named(path)?;
             } else {
                 fs::remove_file(path).named(path)?;
                 for end in ["-wal", "-shm"] {

@@ -1,6 +1,6 @@
 //! The store, open for writing: it accepts packets, commits them, and updates the history.
 
-use crate::archive::{self, ARRIVALS, DATA, shortened};
+use crate::archive::{self, ARRIVALS, DATA, bytes, shortened};
 use crate::archive::{Archive, DayKey, Disk, Lengths, RealDisk, Recovered};
 use crate::error::{Named as _, Result, StoreError};
 use crate::fingerprint::RepeatWindow;
@@ -111,6 +111,7 @@ impl Store {
         let lock = FolderLock::take(folder)?;
         archive::format::note(&root)?;
         finish_swap(folder)?;
+        archive::sweep_packing(&root)?;
         let mut store = Self {
             folder: folder.to_owned(),
             gaps: Gaps::open(&root)?,
@@ -337,6 +338,11 @@ impl Store {
         }
     }
 
+    /// The archive.
+    pub(crate) fn archive_mut(&mut self) -> &mut Archive {
+        &mut self.archive
+    }
+
     /// Closes the history's months; they are opened again when needed.
     pub(crate) fn close_months(&mut self) -> Result<()> {
         self.follower.history()?.close_months();
@@ -347,6 +353,10 @@ impl Store {
     fn mend_archive(&mut self) -> Result<()> {
         for key in archive::days(self.archive.root())? {
             let folder = key.folder(self.archive.root());
+            if bytes::is_packed(&folder) {
+                self.know_packed(key, &folder);
+                continue;
+            }
             let length = |name: &str| fs::metadata(folder.join(name)).map_or(0, |file| file.len());
             let mut lengths = Lengths { data: length(DATA), arrivals: length(ARRIVALS) };
             if lengths != self.follower.progress(key).lengths {
@@ -367,6 +377,23 @@ impl Store {
         Ok(())
     }
 
+    /// A compressed day, which no crash shortens: neither form of it is mended, and nothing is added. Of a file that cannot be
+    /// read now the length counts that the history last saw: one bad sector must neither stop the server nor make it forget
+    /// what it has.
+    fn know_packed(&mut self, key: DayKey, folder: &Path) {
+        let seen = self.follower.progress(key).lengths;
+        let length = |name: &str, seen: u64| match bytes::plain_bytes(folder, name) {
+            Ok(bytes) => bytes.unwrap_or(0),
+            Err(_) => seen,
+        };
+        let lengths = Lengths { data: length(DATA, seen.data), arrivals: length(ARRIVALS, seen.arrivals) };
+        for found in bytes::findings(folder) {
+            self.repairs.notes.push(format!("archive/{}/{found}", key.name()));
+        }
+        self.archive.know(key, lengths);
+        self.archive.close(key, lengths);
+    }
+
     /// Finds which numbers are durable: from what was known when the progress was saved, and the records
     /// of arrival since; or, `from_scratch`, from all records. It comes before the replay, which saves what it
     /// has done as it goes on.
@@ -379,7 +406,12 @@ impl Store {
         for key in archive::days(self.archive.root())? {
             let read = if from_scratch { Lengths::default() } else { self.follower.progress(key).lengths };
             if read != self.archive.lengths(key) {
-                recovered.read(&key.folder(self.archive.root()), read.arrivals)?;
+                let folder = key.folder(self.archive.root());
+                match recovered.read(&folder, read.arrivals) {
+                    // A start does not fail for it; what follows on such a stream is sent again.
+                    Err(error) if bytes::is_packed(&folder) => self.repairs.notes.push(error.to_string()),
+                    other => other?,
+                }
             }
         }
         let trimmed = archive::is_trimmed(self.archive.root());

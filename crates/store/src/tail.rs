@@ -108,7 +108,7 @@ impl Tail {
     /// When the archive cannot be read.
     pub fn read(&self, marks: &Marks, mut each: impl FnMut(&Archived<'_>) -> bool) -> Result<Option<Place>> {
         let mut days: Vec<_> = marks.0.iter().collect();
-        days.sort_by_key(|(key, _)| (key.day, key.src));
+        days.sort_by_key(|(key, _)| (key.day, key.part, key.src));
         for (key, durable) in days {
             let mut at = self.carried.get(key).copied().unwrap_or_default();
             if at.data > durable.data {
@@ -168,7 +168,7 @@ fn day((name, lengths): (&String, &Value)) -> Option<(DayKey, Lengths)> {
     let (src, day) = name.split_once('/')?;
     let src = u16::from_str_radix(src.strip_prefix("0x")?, 16).ok()?;
     let [data, arrivals] = lengths.as_array()?.as_slice() else { return None };
-    let key = DayKey { src: imc::Address(src), day: day.parse().ok()? };
+    let key = DayKey::of_folder(imc::Address(src), day)?;
     Some((key, Lengths { data: data.as_u64()?, arrivals: arrivals.as_u64()? }))
 }
 

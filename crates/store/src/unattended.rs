@@ -6,7 +6,7 @@
 //! counted nor removed; leaving it out can only keep more. Winters without a boat do not matter, where a rule about gaps
 //! would stop each spring.
 
-use crate::archive::{self, ARRIVALS, DATA, DEFINITIONS};
+use crate::archive::{self, DEFINITIONS};
 use crate::error::{Named as _, Result};
 use crate::history;
 use crate::retention::Removal;
@@ -115,8 +115,8 @@ fn days(data: &Path, keeping: &Keeping, plan: &mut Unattended) -> Result<()> {
     let starts = dated.iter().map(|(start, _)| *start).collect();
     plan.days = share(&starts, keeping.archive_days, MOST_DAYS);
     for (_, path) in dated.into_iter().filter(|(start, _)| plan.days.goes(*start)) {
-        let length = |name: &&str| fs::metadata(path.join(name)).map_or(0, |file| file.len());
-        let bytes = [DATA, ARRIVALS, DEFINITIONS].iter().map(length).sum();
+        let definitions = fs::metadata(path.join(DEFINITIONS)).map_or(0, |file| file.len());
+        let bytes = archive::bytes::disk_bytes(&path) + definitions;
         plan.removals.push(Removal { path, bytes });
     }
     Ok(())
@@ -139,7 +139,7 @@ impl Share {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::archive::DayKey;
+    use crate::archive::{DATA, DayKey};
     use imc::Address;
     use proptest::prelude::*;
 

@@ -1,6 +1,6 @@
 //! How much a data folder holds, and of what time.
 
-use crate::archive::{self, ARRIVALS, DATA};
+use crate::archive;
 use crate::error::{Named as _, Result};
 use crate::history;
 use imc::Address;
@@ -21,7 +21,7 @@ pub struct Usage {
 /// The archive's data of a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Archives {
-    /// Bytes of packets and of how they came.
+    /// Bytes on the disk of packets and of how they came.
     pub bytes: u64,
     /// Days of arrival.
     pub days: u32,
@@ -52,12 +52,11 @@ pub fn usage(data: &Path) -> Result<Usage> {
     let root = data.join("archive");
     for key in archive::days(&root)? {
         let folder = key.folder(&root);
-        let size = |name: &str| fs::metadata(folder.join(name)).map_or(0, |file| file.len());
         let day = key.start().unwrap_or_default();
         let new = Archives { bytes: 0, days: 0, first: day, last: day };
         let one = usage.archive.entry(key.src).or_insert(new);
-        one.bytes += size(DATA) + size(ARRIVALS);
-        one.days += 1;
+        one.bytes += archive::bytes::disk_bytes(&folder);
+        one.days += u32::from(key.part == 0);
         (one.first, one.last) = (one.first.min(day), one.last.max(day));
     }
     let folder = data.join("history");

@@ -24,7 +24,7 @@ use units::UtcTime;
 
 #[derive(Debug, Args)]
 pub(super) struct ImportArguments {
-    /// Logs: Data.lsf or Data.lsf.gz, or folders of them.
+    /// Logs: Data.lsf, Data.lsf.gz or Data.lsf.zst, or folders of them.
     #[arg(required = true, value_name = "LSF")]
     logs: Vec<PathBuf>,
 }
@@ -380,11 +380,12 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     )?;
     drop(progress);
     say!(
-        "{}: {} files copied, {} grown, {} linked, {} were there; {} KiB written",
+        "{}: {} files copied, {} grown, {} linked, {} replaced by compressed ones, {} were there; {} KiB written",
         to.display(),
         done.copied,
         done.grown,
         done.linked,
+        done.replaced,
         done.kept,
         done.bytes >> 10
     );

@@ -1,5 +1,6 @@
 //! The command line, one module per subcommand.
 
+mod archive;
 mod chart;
 mod data;
 mod demo;
@@ -94,6 +95,9 @@ enum Command {
     Backup(data::BackupArguments),
     /// Make a new data folder of a backup: all or nothing, and only of undamaged files.
     Restore(data::RestoreArguments),
+    /// The archive: compress days to which nothing is added.
+    #[command(subcommand)]
+    Archive(archive::ArchiveCommand),
     /// Remove old recordings. The server must not run.
     Prune(prune::PruneArguments),
     /// The sea chart: import, list, ask for depths, export.
@@ -191,6 +195,7 @@ fn run() -> ExitCode {
         Command::Reindex(arguments) => data::reindex(&common, &arguments),
         Command::Backup(arguments) => return data::backup(&common, &arguments),
         Command::Restore(arguments) => data::restore(&common, &arguments),
+        Command::Archive(command) => archive::archive(&common, &command),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Plan(arguments) => plan::plan(&common, &arguments),
         // Their result is the exit code.

@@ -46,6 +46,8 @@ pub struct Config {
     pub charts: charts::Settings,
     /// The backup.
     pub backup: Backup,
+    /// How the archive is kept.
+    pub archive: Archive,
     /// How long recordings are kept.
     pub retention: Keep,
     /// The server's log.
@@ -102,6 +104,20 @@ impl Default for Backup {
     }
 }
 
+/// How the archive is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Archive {
+    /// So many days after its end a day is compressed; 0 leaves all days as they are.
+    pub compress_after_days: u16,
+}
+
+impl Default for Archive {
+    fn default() -> Self {
+        Self { compress_after_days: 3 }
+    }
+}
+
 /// How much of the recordings is kept; 0 for ever. Used by `lutra-server prune --as-configured`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -145,6 +161,7 @@ impl Default for Config {
             notices: notices::Settings::default(),
             charts: charts::Settings::default(),
             backup: Backup::default(),
+            archive: Archive::default(),
             retention: Keep::default(),
             log: Log::default(),
         }
@@ -205,6 +222,7 @@ impl Config {
             charts: self.charts.clone(),
             sinks: self.sinks.clone(),
             notices: self.notices.clone(),
+            compress_after_days: self.archive.compress_after_days,
             most_unpacked_bytes: self.http.max_unpacked_mib << 20,
         }
     }

@@ -159,7 +159,9 @@ fn no_log(start: &[u8]) -> ApiError {
             say("This is a zip archive: unpack it and upload the logs in it one by one.")
         }
         [0xFD, b'7', b'z', b'X', b'Z', ..] => say("This is packed by xz: unpack it with `unxz` first."),
-        _ => say("This is no IMC log: there is no packet in its first MiB. Upload Data.lsf or Data.lsf.gz."),
+        _ => say(
+            "This is not an IMC log: there is no packet in its first MiB. Upload Data.lsf, Data.lsf.gz or Data.lsf.zst.",
+        ),
     };
     ApiError::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "no_log", what)
 }

@@ -215,3 +215,43 @@ fn months_of_the_history_go_likewise_and_come_back_from_the_archive() {
     run(&shore.data(), &["reindex"]);
     assert_eq!(months(), before);
 }
+
+#[test]
+fn days_that_were_compressed_after_the_backup_are_held_by_it_and_go() {
+    let shore = Shore::with_days_ago(0..93);
+    shore.configure("archive_days = 90");
+    shore.back_up();
+    let compress = |more: &[&str]| {
+        let mut command = Command::new(SERVER);
+        command.args(["archive", "compress"]).args(more).arg("--data").arg(shore.data());
+        let output = command.output().unwrap();
+        let told = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        (output.status.success(), told)
+    };
+    let day = shore.data().join("archive/0x2810").join(&shore.days()[0]);
+    let (good, told) = compress(&["--dry-run", "--after-days", "85"]);
+    assert!(good && told.contains("would compress 7 days"), "{told}");
+    assert!(day.join("Data.lsf").exists() && !shore.data().join("archive/packing").exists());
+    let mut server = Server::start(&shore.data());
+    let (good, told) = compress(&["--after-days", "85"]);
+    assert!(!good && told.contains("in use by another process"), "{told}");
+    server.process.terminate();
+    let (good, told) = compress(&["--after-days", "85"]);
+    assert!(good && told.contains("7 days compressed"), "{told}");
+    assert!(!day.join("Data.lsf").exists() && day.join("Data.lsf.zst").exists());
+    let (good, told) = compress(&["--dry-run", "--after-days", "85"]);
+    assert!(good && told.contains("would compress 0 days"), "{told}");
+    // The plain copies in the backup hold what the compressed files hold.
+    let (code, told) = shore.pruned("--yes");
+    assert!(code == Some(0) && shore.days().len() == 90, "{code:?} {told}");
+    // The next backup takes the compressed form of the other four, and keeps the three that are gone.
+    shore.back_up();
+    let kept = |name: &str| {
+        let days = fs::read_dir(shore.at("backup/archive/0x2810")).unwrap();
+        days.filter(|entry| entry.as_ref().unwrap().path().join(name).exists()).count()
+    };
+    assert_eq!((kept("Data.lsf"), kept("Data.lsf.zst")), (89, 4));
+    let back = shore.at("back");
+    run(&back, &["restore", shore.at("backup").to_str().unwrap()]);
+    assert_eq!(Store::open(&back).unwrap().durable(7), Some(92));
+}

@@ -126,8 +126,8 @@ fn an_older_program_writes_nothing_to_newer_data_and_says_what_to_do() {
     // A later archive.
     let format = data.join("archive/format.json");
     let kept = fs::read(&format).unwrap();
-    fs::write(&format, r#"{"format":2,"program":"9.9.9"}"#).unwrap();
-    is_left_alone("was written by Lutra 9.9.9 (form 2, this program knows 1)");
+    fs::write(&format, r#"{"format":3,"program":"9.9.9"}"#).unwrap();
+    is_left_alone("was written by Lutra 9.9.9 (form 3, this program knows 2)");
     fs::write(&format, kept).unwrap();
     // A later history blocks nothing: recording to the archive continues, and the history is left alone.
     let catalogue = data.join("history/catalogue.sqlite");

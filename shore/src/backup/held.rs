@@ -1,5 +1,6 @@
 //! Checks the contents of a backup, before recordings are deleted.
 
+use super::forms;
 use super::manifest::{ASIDE, Entry, MANIFEST, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};
 use std::collections::BTreeMap;
@@ -68,10 +69,15 @@ impl Held {
 
     fn lacks_file(&self, data: &Path, path: &Path, reads: bool) -> std::io::Result<Option<String>> {
         // A person must decide which of the two is good.
-        if let Some(aside) = self.aside.iter().find(|aside| aside.join(path).exists()) {
+        let forms = [Some(path.to_owned()), store::other_form(path)];
+        let is_in = |aside: &&PathBuf| forms.iter().flatten().any(|path| aside.join(path).exists());
+        if let Some(aside) = self.aside.iter().find(is_in) {
             return Ok(Some(format!("has another copy in {}, which a person must look at", aside.display())));
         }
         let Some(entry) = self.files.get(path) else {
+            if let Some(entry) = store::other_form(path).and_then(|other| self.files.get(&other)) {
+                return self.lacks_in_other_form(&data.join(path), path, entry, reads);
+            }
             return Ok(Some(
                 "is not in it; if a new backup lacks it too, it is not a file of Lutra's: move it away"
                     .to_owned(),
@@ -90,6 +96,32 @@ impl Held {
         } else {
             fs::metadata(&from)?.len() == entry.bytes
                 && (!reads || hash_prefix(&from, entry.bytes)? == entry.sha256)
+        };
+        Ok((!same).then(|| "differs from the copy in it".to_owned()))
+    }
+
+    /// The same of a day's file that the backup has in its other form, plain or compressed.
+    fn lacks_in_other_form(
+        &self,
+        from: &Path,
+        path: &Path,
+        entry: &Entry,
+        reads: bool,
+    ) -> std::io::Result<Option<String>> {
+        let copy = self.folder.join(entry.at());
+        let Ok(there) = fs::metadata(&copy) else {
+            return Ok(Some("is named in it and not there".to_owned()));
+        };
+        if there.len() < entry.bytes || reads && hash_prefix(&copy, entry.bytes)? != entry.sha256 {
+            return Ok(Some("is damaged in it".to_owned()));
+        }
+        let same = if store::is_packed(path) {
+            forms::plain_bytes(from)? == entry.bytes
+                && (!reads || forms::begins_with(from, entry.bytes, &entry.sha256)?)
+        } else {
+            let bytes = fs::metadata(from)?.len();
+            forms::plain_bytes(&copy)? == bytes
+                && (!reads || forms::begins_with(&copy, bytes, &hash_prefix(from, bytes)?)?)
         };
         Ok((!same).then(|| "differs from the copy in it".to_owned()))
     }

@@ -5,10 +5,14 @@
 //! are appended, and the earlier manifest still has its own number of bytes. The manifest is written last; then files that
 //! it does not name are removed. A kill at any moment leaves one manifest or the other, with all its files.
 //!
+//! A day that the server has compressed since is taken in that form, and its plain copy goes, once the compressed one was
+//! unpacked in the backup and holds all that it held (`forms`).
+//!
 //! A file of the archive is append-only. If the server's file differs in what was copied before (a flipped bit, or
 //! truncated by a crash), the earlier copy may be the only good one: it is set aside, as is a damaged copy of a file that
 //! the server no longer has. Only a person removes these.
 
+use super::forms;
 use super::manifest::{ALTERNATE, Entry, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};
 use sha2::{Digest as _, Sha256};
@@ -32,6 +36,9 @@ pub struct BackedUp {
     pub linked: u64,
     /// Files that were already up to date.
     pub kept: u64,
+    /// Files of the archive that the earlier backup had in their other form, plain or compressed, and that are no longer
+    /// kept in it: the new one holds all that they held.
+    pub replaced: u64,
     /// Bytes that were written.
     pub bytes: u64,
     /// Files of the earlier backup that were damaged, and are copied again.
@@ -158,6 +165,12 @@ impl<'a> Keeping<'a> {
             make_folder_of(&to)?;
             fs::remove_file(&to).ok();
             if fs::hard_link(&from, &to).is_ok() {
+                if store::is_packed(path) {
+                    // The plain copy may be removed for it.
+                    File::open(to.parent().unwrap_or(&to))
+                        .and_then(|folder| folder.sync_all())
+                        .with_context(|| to.display().to_string())?;
+                }
                 self.done.linked += 1;
                 let entry = self.entry(path, None, stamp)?;
                 self.keep_as(entry);
@@ -252,13 +265,39 @@ impl<'a> Keeping<'a> {
             .cloned()
             .collect();
         for entry in gone {
-            if self.looks_whole(&entry)? {
-                self.keep(entry);
-            } else {
-                self.set_aside(&entry, false)?;
+            let whole = self.looks_whole(&entry)?;
+            match self.other_form_holds(&entry)? {
+                // Its place is swept once the new manifest is written.
+                Some(true) => self.done.replaced += 1,
+                // One day in two forms that differ: a person must say which is good.
+                Some(false) => self.set_aside(&entry, whole)?,
+                None if whole => self.keep(entry),
+                None => self.set_aside(&entry, false)?,
             }
         }
         Ok(())
+    }
+
+    /// Whether the new backup has a day's file in its other form, compressed or plain, and all that an earlier entry held is
+    /// in it; `None` where it has no such file.
+    fn other_form_holds(&self, entry: &Entry) -> anyhow::Result<Option<bool>> {
+        let Some(other) = store::other_form(&entry.path).and_then(|path| self.entries.get(&path)) else {
+            return Ok(None);
+        };
+        let (was, is) = (self.to.join(entry.at()), self.to.join(other.at()));
+        let holds = if store::is_packed(&other.path) {
+            forms::begins_with(&is, entry.bytes, &entry.sha256)
+        } else {
+            forms::is_begin_of(&was, &is, other.bytes)
+        };
+        match holds {
+            Err(error) if [io::ErrorKind::InvalidData, io::ErrorKind::NotFound].contains(&error.kind()) => {
+                Ok(Some(false))
+            }
+            other => other
+                .map(Some)
+                .with_context(|| format!("cannot compare {} with {}", was.display(), is.display())),
+        }
     }
 
     /// Gives a copy another name, under which it is neither replaced nor removed.
@@ -294,6 +333,32 @@ impl<'a> Keeping<'a> {
                         .with_context(|| format!("cannot remove {}", self.to.join(at).display()));
                 }
                 _ => {}
+            }
+        }
+        self.sweep_other_forms(&named)
+    }
+
+    /// Removes the copies of days in a form that is not named, which a kill in an earlier sweep left: only those that the
+    /// named form is shown to hold. Others are left alone.
+    fn sweep_other_forms(&self, named: &BTreeSet<&Path>) -> anyhow::Result<()> {
+        for entry in self.entries.values() {
+            let Some(other) = store::other_form(&entry.path) else { continue };
+            for at in [other.clone(), Path::new(ALTERNATE).join(&other)] {
+                let left = self.to.join(&at);
+                if named.contains(at.as_path()) || !left.is_file() {
+                    continue;
+                }
+                let is = self.to.join(entry.at());
+                let holds = if store::is_packed(&entry.path) {
+                    fs::metadata(&left)
+                        .and_then(|about| Ok((about.len(), hash_prefix(&left, about.len())?)))
+                        .and_then(|(bytes, sha256)| forms::begins_with(&is, bytes, &sha256))
+                } else {
+                    forms::is_begin_of(&left, &is, entry.bytes)
+                };
+                if holds.unwrap_or(false) {
+                    fs::remove_file(&left).with_context(|| format!("cannot remove {}", left.display()))?;
+                }
             }
         }
         Ok(())

@@ -56,7 +56,7 @@ pub fn make(
         progress(&name);
         let from = data.join(&path);
         match changes {
-            Changes::Grows { now } => keeping.grow(&path, now)?,
+            Changes::Grows { now } => grow(&mut keeping, data, &path, now)?,
             Changes::Whole => keeping.take(&path, &from, |to| copy_state(&from, to))?,
             Changes::Database => keeping.take(&path, &from, |to| {
                 Ok(store::copy_database(&from, to, &mut || {
@@ -92,6 +92,18 @@ pub fn make(
     progress("what is not named any more");
     keeping.sweep()?;
     Ok(keeping.done)
+}
+
+/// Backs up a file of the archive. The server may compress it meanwhile: then the compressed one is taken.
+fn grow(keeping: &mut Keeping<'_>, data: &Path, path: &Path, now: bool) -> anyhow::Result<()> {
+    let grown = keeping.grow(path, now);
+    if grown.is_err()
+        && !data.join(path).exists()
+        && let Some(other) = store::other_form(path).filter(|other| data.join(other).exists())
+    {
+        return keeping.grow(&other, false);
+    }
+    grown
 }
 
 /// An unused name below the backup for what is set aside at this time.

@@ -5,6 +5,7 @@
 //! the new one is complete; [`Held`] checks the contents of one; [`restore`] makes a data folder of it: all or nothing, and
 //! only of undamaged files.
 
+mod forms;
 mod held;
 mod keeping;
 mod make;

@@ -490,3 +490,148 @@ fn a_restore_that_was_broken_off_is_not_gone_on_with_by_another_backup() {
     restore(&at("second"), &back, &mut |_| ()).unwrap();
     assert_eq!(fs::read(back.join("sinks/influx")).unwrap(), b"x");
 }
+
+/// Compresses the first day, as a server does once some days have passed.
+fn compress(data: &Path) {
+    let now = UtcTime::from_micros(START_US + 30 * DAY_US);
+    let mut store = Store::open(data).unwrap();
+    for day in store::plan_packing(data, 3, now).unwrap() {
+        let mut packing = store::Packing::begin(data, &day).unwrap();
+        while packing.work(1 << 20).unwrap() {}
+        store.adopt(&mut packing).unwrap().unwrap();
+    }
+    store.close().unwrap();
+    settle(data);
+}
+
+const DAY: &str = "archive/0x2810/20261121";
+
+#[test]
+fn a_day_that_was_compressed_since_takes_the_place_of_its_plain_copy() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to, back) =
+        (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
+    back_up(&data, &to);
+    let plain = fs::read(data.join(DAY).join("Data.lsf")).unwrap();
+    compress(&data);
+    assert!(!data.join(DAY).join("Data.lsf").exists());
+    // Before the next backup the plain copy counts.
+    let held = Held::read(&to).unwrap();
+    assert_eq!(held.lacks(&data, Path::new(DAY), true).unwrap(), None);
+    let second = back_up(&data, &to);
+    assert_eq!(
+        (second.replaced, second.damaged.len(), second.aside.len(), second.lost.len()),
+        (2, 0, 0, 0),
+        "{second:?}"
+    );
+    for (name, is_there) in
+        [("Data.lsf", false), ("Arrivals.idx", false), ("Data.lsf.zst", true), ("Arrivals.zst", true)]
+    {
+        assert_eq!(to.join(DAY).join(name).exists(), is_there, "{name}");
+    }
+    let held = Held::read(&to).unwrap();
+    assert_eq!(held.lacks(&data, Path::new(DAY), true).unwrap(), None);
+    let third = back_up(&data, &to);
+    assert_eq!(
+        (third.copied, third.grown, third.linked, third.replaced, third.bytes),
+        (0, 0, 0, 0, 0),
+        "{third:?}"
+    );
+    // Restored it is the same log.
+    restored(&to, &back);
+    let store = Store::open(&back).unwrap();
+    assert_eq!((store.durable(7), store.repairs().notes.len()), (Some(599), 0));
+    let mut unpacked = Vec::new();
+    let mut packed = store::Packed::open(&back.join(DAY).join("Data.lsf.zst")).unwrap();
+    std::io::Read::read_to_end(&mut packed, &mut unpacked).unwrap();
+    assert_eq!(unpacked, plain);
+    // A server that was set back to its plain days: the compressed copy goes for them, when they are the same.
+    fs::remove_file(data.join(DAY).join("Data.lsf.zst")).unwrap();
+    fs::write(data.join(DAY).join("Data.lsf"), &plain).unwrap();
+    settle(&data);
+    let held = Held::read(&to).unwrap();
+    assert_eq!(held.lacks(&data, Path::new(DAY), true).unwrap(), None);
+    let fourth = back_up(&data, &to);
+    assert_eq!((fourth.replaced, fourth.aside.len()), (1, 0), "{fourth:?}");
+    assert!(to.join(DAY).join("Data.lsf").exists() && !to.join(DAY).join("Data.lsf.zst").exists());
+    // Both in the forms that the server has them: packets plain, records compressed.
+    restored(&to, &back);
+    assert_eq!(Store::open(&back).unwrap().durable(7), Some(599));
+}
+
+#[test]
+fn plain_copies_that_a_kill_left_behind_go_with_the_next_backup_unless_they_hold_more() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    back_up(&data, &to);
+    let plain = fs::read(to.join(DAY).join("Data.lsf")).unwrap();
+    compress(&data);
+    back_up(&data, &to);
+    // As a kill between the manifest and the end of the sweep leaves it.
+    for below in [to.join(DAY), to.join("alternate").join(DAY)] {
+        fs::create_dir_all(&below).unwrap();
+        fs::write(below.join("Data.lsf"), &plain).unwrap();
+    }
+    back_up(&data, &to);
+    assert!(!to.join(DAY).join("Data.lsf").exists());
+    assert!(!to.join("alternate").join(DAY).join("Data.lsf").exists());
+    let longer = [plain.as_slice(), b"more"].concat();
+    fs::write(to.join(DAY).join("Data.lsf"), &longer).unwrap();
+    back_up(&data, &to);
+    assert_eq!(fs::read(to.join(DAY).join("Data.lsf")).unwrap(), longer);
+}
+
+#[test]
+fn a_compressed_day_that_lacks_what_the_backup_has_leaves_both_to_a_person() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    back_up(&data, &to);
+    // The server lost the end of the day, and compressed what was left.
+    let whole = fs::read(data.join(DAY).join("Data.lsf")).unwrap();
+    // Files of their own, as on another disk: those in the backup are links to the server's.
+    for (name, part) in [("Data.lsf", 2), ("Arrivals.idx", 1)] {
+        let path = data.join(DAY).join(name);
+        let bytes = fs::read(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, &bytes[..bytes.len() / part]).unwrap();
+    }
+    compress(&data);
+    let held = Held::read(&to).unwrap();
+    let why = held.lacks(&data, Path::new(DAY), true).unwrap().unwrap();
+    assert!(why.contains("differs from the copy in it"), "{why}");
+    let second = back_up(&data, &to);
+    assert_eq!(second.replaced, 0, "{second:?}");
+    let kept = second.aside.iter().find(|aside| aside.path.ends_with("Data.lsf")).unwrap();
+    assert!(kept.good && fs::read(to.join(&kept.at)).unwrap() == whole, "{kept:?}");
+    // Nothing of the day may go until a person has looked.
+    let held = Held::read(&to).unwrap();
+    let why = held.lacks(&data, Path::new(DAY), true).unwrap().unwrap();
+    assert!(why.contains("which a person must look at"), "{why}");
+}
+
+#[test]
+fn a_day_that_is_compressed_while_it_is_copied_is_in_the_backup_all_the_same() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to, back) =
+        (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
+    for moment in ["Data.lsf", "Arrivals.idx"] {
+        let (data, to) = (data.with_extension(moment), to.with_extension(moment));
+        let copy = data_in(&data);
+        let mut once = false;
+        make(&copy, &[], &to, true, &mut |what| {
+            if !once && what == format!("{DAY}/{moment}") {
+                once = true;
+                compress(&copy);
+            }
+        })
+        .unwrap();
+        assert!(once, "{moment}");
+        restored(&to, &back);
+        let store = Store::open(&back).unwrap();
+        assert_eq!(store.durable(7), Some(599), "{moment}");
+        drop(store);
+        // The next backup has one form alone.
+        back_up(&copy, &to);
+        assert!(!to.join(DAY).join("Data.lsf").exists() && to.join(DAY).join("Data.lsf.zst").exists());
+    }
+}

@@ -177,6 +177,7 @@ mod tests {
             charts: crate::charts::Settings::default(),
             sinks: crate::sinks::Settings::default(),
             notices: crate::notices::Settings::default(),
+            compress_after_days: 0,
             most_unpacked_bytes: 1 << 20,
         };
         let running =

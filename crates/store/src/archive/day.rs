@@ -109,11 +109,12 @@ impl Day {
         Ok(())
     }
 
-    /// Closes the files; the next write opens them again.
-    pub(crate) fn close(&mut self) {
+    /// Closes the files; the next write opens them again. False if a failed write left something behind the end.
+    pub(crate) fn close(&mut self) -> bool {
         if !self.torn {
             self.files = None;
         }
+        !self.torn
     }
 
     pub(crate) fn is_open(&self) -> bool {

@@ -9,8 +9,13 @@ use std::path::Path;
 
 /// The file's name.
 pub(crate) const FORMAT_FILE: &str = "format.json";
-/// The format version that this program writes. Raise it with a new transport, flag of a record or file.
-const FORMAT: u64 = 1;
+/// The latest format version that this program knows. Raise it with a new transport, flag of a record or file.
+///
+/// - 1: days as they were written.
+/// - 2: days may be compressed, and have several parts.
+const FORMAT: u64 = 2;
+/// The format of an archive without any of these, which programs that know only that one may go on using.
+const PLAIN: u64 = 1;
 
 /// Refuses an archive of a later format. Reads one file and writes nothing.
 ///
@@ -25,13 +30,31 @@ pub(crate) fn refuse_newer(archive: &Path) -> Result<()> {
     }
 }
 
-/// Writes down the form, where it is not.
+/// Writes down the form, where it is not, or where it says that no day is compressed and one is.
 pub(crate) fn note(archive: &Path) -> Result<()> {
-    if known(archive)?.is_some() {
+    let known = known(archive)?.map(|(format, _)| format);
+    if known.is_some_and(|format| format >= FORMAT) {
         return Ok(());
     }
+    let has_packed = super::days(archive)?
+        .iter()
+        .any(|key| super::bytes::has_packed(&key.folder(archive)) || key.part > 0);
+    match (has_packed, known) {
+        (true, _) => write(archive, FORMAT),
+        (false, None) => write(archive, PLAIN),
+        (false, Some(_)) => Ok(()),
+    }
+}
+
+/// Writes down, before the first day is compressed, that there may be such days.
+pub(crate) fn note_packed(archive: &Path) -> Result<()> {
+    let is_noted = known(archive)?.is_some_and(|(format, _)| format >= FORMAT);
+    if is_noted { Ok(()) } else { write(archive, FORMAT) }
+}
+
+fn write(archive: &Path, format: u64) -> Result<()> {
     let (path, new) = (archive.join(FORMAT_FILE), archive.join("format.json.new"));
-    let text = json!({ "format": FORMAT, "program": env!("CARGO_PKG_VERSION") }).to_string();
+    let text = json!({ "format": format, "program": env!("CARGO_PKG_VERSION") }).to_string();
     let write = || -> std::io::Result<()> {
         let mut file = File::create(&new)?;
         file.write_all(text.as_bytes())?;

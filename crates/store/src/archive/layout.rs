@@ -1,4 +1,4 @@
-//! Where the archive's files lie: `archive/0x2810/20261121/Data.lsf` and its companions.
+//! Where the archive's files lie: `archive/0x2810/20261121/Data.lsf` and its companions, and what they are called.
 
 use crate::error::{Named as _, Result};
 use flate2::{Compression, GzBuilder};
@@ -12,31 +12,85 @@ use units::{Civil, UtcTime};
 pub(crate) const DATA: &str = "Data.lsf";
 /// How and when each came.
 pub(crate) const ARRIVALS: &str = "Arrivals.idx";
+/// Both compressed, of a day to which nothing is added.
+pub(crate) const PACKED_DATA: &str = "Data.lsf.zst";
+/// See [`PACKED_DATA`].
+pub(crate) const PACKED_ARRIVALS: &str = "Arrivals.zst";
+/// The folder in which compressed files are made, before they come to their place.
+pub(crate) const PACKING: &str = "packing";
+/// The folder for compressed files that could not be read and lay beside plain ones. Only a person removes them.
+pub(crate) const DAMAGED: &str = "damaged";
 /// The definitions by which the packets are read; Neptus wants them beside the data.
 pub(crate) const DEFINITIONS: &str = "IMC.xml.gz";
 
 /// Says by being there that old days were removed.
 pub(crate) const TRIMMED: &str = "trimmed";
 
-/// One folder of the archive: what came from a system on one UTC day.
+/// Most parts of a day. The last is never compressed, so that it takes all that still comes.
+pub(crate) const MOST_PARTS: u8 = 40;
+/// Numbers of days of the next part in the catalogue.
+const PART: u32 = 100_000_000;
+
+/// The compressed form of a day's file, by the name of its plain form.
+pub(crate) fn packed_name(name: &str) -> &'static str {
+    if name == DATA { PACKED_DATA } else { PACKED_ARRIVALS }
+}
+
+/// One folder of the archive: what came from a system on one UTC day, or a part of it. A day has one part, unless packets
+/// still came for it, by a clock that was put back, when it was compressed already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct DayKey {
     /// The system that sent the packets.
     pub src: Address,
     /// The day of arrival as a number: 20261121.
     pub day: u32,
+    /// The part, from 0.
+    pub(crate) part: u8,
 }
 
 impl DayKey {
     pub(crate) fn of(src: Address, received: UtcTime) -> Self {
         let Civil { year, month, day, .. } = received.civil();
         let year = year.clamp(0, 9999) as u32;
-        Self { src, day: year * 10_000 + u32::from(month) * 100 + u32::from(day) }
+        Self { src, day: year * 10_000 + u32::from(month) * 100 + u32::from(day), part: 0 }
     }
 
-    /// The folder's name below the archive.
+    /// The folder's name below the archive: `0x2810/20261121`, of a further part `0x2810/20261121-2`.
     pub fn name(self) -> String {
-        format!("{:#06x}/{:08}", self.src.0, self.day)
+        let part = if self.part > 0 { format!("-{}", self.part + 1) } else { String::new() };
+        format!("{:#06x}/{:08}{part}", self.src.0, self.day)
+    }
+
+    /// The key by the name of the folder below that of its system.
+    pub(crate) fn of_folder(src: Address, name: &str) -> Option<Self> {
+        let (day, part) = name.split_once('-').map_or((name, None), |(day, part)| (day, Some(part)));
+        let part = match part {
+            None => 0,
+            Some(part) => part.parse::<u8>().ok().filter(|part| (2..=MOST_PARTS).contains(part))? - 1,
+        };
+        let key = Self { src, day: day.parse().ok().filter(|_| day.len() == 8)?, part };
+        // One name for each folder: not `+0261121` and not `20261121-02`.
+        key.name().ends_with(&format!("/{name}")).then_some(key)
+    }
+
+    /// Day and part as one number, for the catalogue: the day's own for the first part.
+    pub(crate) fn number(self) -> u32 {
+        self.day + u32::from(self.part) * PART
+    }
+
+    /// The key by that number.
+    pub(crate) fn of_number(src: Address, number: u32) -> Self {
+        Self { src, day: number % PART, part: (number / PART) as u8 }
+    }
+
+    /// The next part of the day; the last is followed by itself.
+    pub(crate) fn next_part(self) -> Self {
+        Self { part: (self.part + 1).min(MOST_PARTS - 1), ..self }
+    }
+
+    /// Whether what still comes can go to a further part.
+    pub(crate) fn may_close(self) -> bool {
+        self.part + 1 < MOST_PARTS
     }
 
     pub(crate) fn folder(self, archive: &Path) -> PathBuf {
@@ -70,6 +124,15 @@ pub(crate) fn is_trimmed(archive: &Path) -> bool {
     archive.join(TRIMMED).exists()
 }
 
+/// Removes the half-made files that a program left when it ended while it compressed a day. No file in use is among them.
+pub(crate) fn sweep_packing(archive: &Path) -> Result<()> {
+    let folder = archive.join(PACKING);
+    match fs::remove_dir_all(&folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error).named(&folder),
+        _ => Ok(()),
+    }
+}
+
 /// All days of the archive, by system and day. Other files and folders are passed over.
 pub(crate) fn days(archive: &Path) -> Result<Vec<DayKey>> {
     let mut found = Vec::new();
@@ -78,10 +141,8 @@ pub(crate) fn days(archive: &Path) -> Result<Vec<DayKey>> {
             continue;
         };
         for (name, folder) in folders(&folder)? {
-            let day = name.parse().ok().filter(|_| name.len() == 8);
-            if let Some(day) = day.filter(|_| folder.join(DATA).exists()) {
-                found.push(DayKey { src: Address(src), day });
-            }
+            let key = DayKey::of_folder(Address(src), &name);
+            found.extend(key.filter(|_| [DATA, PACKED_DATA].iter().any(|name| folder.join(name).exists())));
         }
     }
     found.sort();
@@ -140,4 +201,36 @@ fn master_definitions(archive: &Path) -> Result<PathBuf> {
         write().named(&path)?;
     }
     Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_part_of_a_day_has_one_name_and_one_number() {
+        let first = DayKey { src: Address(0x2810), day: 20_261_121, part: 0 };
+        assert_eq!((first.name().as_str(), first.number()), ("0x2810/20261121", 20_261_121));
+        assert_eq!(first.next_part().name(), "0x2810/20261121-2");
+        let mut key = first;
+        for _ in 0..MOST_PARTS {
+            let name = key.name();
+            assert_eq!(DayKey::of_folder(key.src, name.strip_prefix("0x2810/").unwrap()), Some(key));
+            assert_eq!(DayKey::of_number(key.src, key.number()), key);
+            key = key.next_part();
+        }
+        assert!(first.may_close() && !key.may_close() && key.next_part() == key);
+        for name in [
+            "2026112",
+            "+0261121",
+            "20261121-",
+            "20261121-1",
+            "20261121-02",
+            "20261121-41",
+            "20261121-2-3",
+            "x",
+        ] {
+            assert_eq!(DayKey::of_folder(first.src, name), None, "{name}");
+        }
+    }
 }

@@ -3,13 +3,16 @@
 //! It is the primary data, from which all else can be made again. A day's folder holds `Data.lsf`, which Neptus
 //! MRA opens, the definitions it wants beside it, and `Arrivals.idx` with how and when each packet came. Files
 //! only ever grow at their ends, and those of past days never change, so that copies and hard links of them
-//! are a backup.
+//! are a backup. Some days later both are compressed, once ([`packed`]); every place in the archive still counts the bytes
+//! of the plain files, and [`bytes`] reads either form by it.
 
 mod arrival;
+pub(crate) mod bytes;
 mod day;
 mod disk;
 pub(crate) mod format;
 mod layout;
+mod packed;
 mod recover;
 mod scan;
 pub(crate) mod shortened;
@@ -20,8 +23,14 @@ pub(crate) use arrival::{ARRIVAL_BYTES, Record};
 pub(crate) use day::{Lengths, Pending};
 pub(crate) use disk::{Disk, RealDisk};
 pub use layout::DayKey;
-pub(crate) use layout::{ARRIVALS, DATA, DEFINITIONS, TRIMMED, days, is_trimmed, mark_trimmed};
+pub(crate) use layout::{
+    ARRIVALS, DAMAGED, DATA, DEFINITIONS, PACKING, TRIMMED, days, is_trimmed, mark_trimmed, packed_name,
+    sweep_packing,
+};
+pub use packed::Packed;
+pub(crate) use packed::{Coding, FRAME_BYTES, Packer, Turn};
 pub(crate) use recover::mend;
+pub(crate) use scan::Records;
 pub use scan::{Archived, DayReader};
 pub(crate) use streams::{Recovered, Streams};
 
@@ -30,7 +39,7 @@ use crate::packet::Arrived;
 use day::Day;
 use imc::PacketView;
 use link::{LinkSeq, Transport};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -68,6 +77,8 @@ pub(crate) struct Archive {
     root: PathBuf,
     disk: Box<dyn Disk>,
     days: BTreeMap<DayKey, Day>,
+    /// Days that are compressed, or about to be: what still comes for them goes to a further part.
+    closed: BTreeSet<DayKey>,
     pub(crate) streams: Streams,
     waiting_bytes: usize,
     spare: Vec<Pending>,
@@ -79,6 +90,7 @@ impl Archive {
             root,
             disk,
             days: BTreeMap::new(),
+            closed: BTreeSet::new(),
             streams: Streams::default(),
             waiting_bytes: 0,
             spare: Vec::new(),
@@ -94,9 +106,34 @@ impl Archive {
         self.days.insert(key, Day::new(key, lengths));
     }
 
+    /// Nothing is added to a day any more; false, and nothing is changed, if it has not this length or something waits
+    /// for it. Its files are closed.
+    pub(crate) fn close(&mut self, key: DayKey, lengths: Lengths) -> bool {
+        let Some(day) = self.days.get_mut(&key) else { return false };
+        if day.lengths != lengths || day.pending.packets > 0 || !day.close() {
+            return false;
+        }
+        self.closed.insert(key);
+        true
+    }
+
+    /// Whether nothing is added to a day any more.
+    pub(crate) fn is_closed(&self, key: DayKey) -> bool {
+        self.closed.contains(&key)
+    }
+
     /// Forgets a day whose files were removed: what still comes for it begins new ones.
     pub(crate) fn forget(&mut self, key: DayKey) {
         self.days.remove(&key);
+        self.closed.remove(&key);
+    }
+
+    /// The part of a day that packets which come now go to.
+    fn open_part(&self, mut key: DayKey) -> DayKey {
+        while self.closed.contains(&key) && key.may_close() {
+            key = key.next_part();
+        }
+        key
     }
 
     /// Puts a packet behind those that wait; false when its number was accepted before.
@@ -115,7 +152,7 @@ impl Archive {
             Some(place) => place,
             None => None,
         };
-        let key = DayKey::of(view.src(), received);
+        let key = self.open_part(DayKey::of(view.src(), received));
         let day = self.days.entry(key).or_insert_with(|| Day::new(key, Lengths::default()));
         let arrival =
             Arrival { offset: 0, received, transport, link, first: place.is_some_and(|place| place.first) };
@@ -200,7 +237,9 @@ impl Archive {
     /// Keeps the number of open files bounded; systems that send open theirs again.
     fn close_surplus(&mut self) {
         if self.days.values().filter(|day| day.is_open()).count() > MAX_OPEN_DAYS {
-            self.days.values_mut().for_each(Day::close);
+            for day in self.days.values_mut() {
+                day.close();
+            }
         }
     }
 }

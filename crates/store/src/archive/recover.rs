@@ -6,12 +6,13 @@
 
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
 use super::day::Lengths;
-use super::layout::{ARRIVALS, DATA, DayKey};
+use super::layout::{ARRIVALS, DATA, DayKey, PACKED_ARRIVALS, PACKING};
+use super::packed::Packed;
 use crate::error::{Named as _, Result};
 use imc::lsf::{LogItem, LogReader};
 use imc::{HEADER_BYTES, MAX_PACKET_BYTES, PacketView};
 use link::Transport;
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::os::unix::fs::FileExt as _;
 use std::path::Path;
@@ -36,6 +37,7 @@ pub(crate) fn mend(archive: &Path, key: DayKey) -> Result<Mended> {
     let open = |path: &Path| {
         OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).named(path)
     };
+    unpack_arrivals(archive, &folder)?;
     let (data, arrivals) = (open(&data_path)?, open(&arrivals_path)?);
     let data_bytes = data.metadata().named(&data_path)?.len();
     let arrival_bytes = arrivals.metadata().named(&arrivals_path)?.len();
@@ -81,6 +83,29 @@ pub(crate) fn mend(archive: &Path, key: DayKey) -> Result<Mended> {
         arrivals.sync_data().named(&arrivals_path)?;
     }
     Ok(mended)
+}
+
+/// Makes plain records of compressed ones beside plain packets. A backup has both where the day was compressed while it
+/// was copied. Damaged ones are left for the packets to be kept without.
+fn unpack_arrivals(archive: &Path, folder: &Path) -> Result<()> {
+    let (plain, packed) = (folder.join(ARRIVALS), folder.join(PACKED_ARRIVALS));
+    if plain.exists() || !packed.exists() {
+        return Ok(());
+    }
+    let part = archive.join(PACKING).join(ARRIVALS);
+    let unpack = || -> io::Result<()> {
+        let mut from = Packed::read(&packed)?;
+        fs::create_dir_all(archive.join(PACKING))?;
+        let mut to = File::create(&part)?;
+        io::copy(&mut from, &mut to)?;
+        to.sync_all()?;
+        fs::rename(&part, &plain)?;
+        File::open(folder)?.sync_all()
+    };
+    match unpack() {
+        Err(error) if error.kind() == io::ErrorKind::InvalidData => Ok(()),
+        other => other.named(&plain),
+    }
 }
 
 struct Last {

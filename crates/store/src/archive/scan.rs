@@ -1,21 +1,21 @@
 //! Reads a day of the archive: each packet with its transport and arrival time.
 
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
+use super::bytes::{self, DayFile};
 use super::day::Lengths;
-use super::layout::{ARRIVALS, DATA, DayKey};
-use crate::error::{Named as _, Result};
+use super::layout::{ARRIVALS, DATA, DayKey, packed_name};
+use crate::error::{Named as _, Result, StoreError};
 use imc::PacketView;
 use imc::lsf::{LogItem, LogReader};
 use link::Transport;
-use std::fs::File;
-use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
+use std::io::{self, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// The records of a day, in order. Stops for good at what is not a record.
+/// The records of a day, in order. A stretch that is not a record gives `None`, as the end does; a caller stops there.
 #[derive(Debug)]
 pub(crate) struct Records {
-    file: Option<BufReader<File>>,
+    file: Option<BufReader<DayFile>>,
     path: PathBuf,
     at: u64,
 }
@@ -24,13 +24,16 @@ impl Records {
     /// From byte `at` on; nothing when there is no file.
     pub(crate) fn open(folder: &Path, at: u64) -> Result<Self> {
         let path = folder.join(ARRIVALS);
-        let mut file = match File::open(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+        if !bytes::is_there(folder, ARRIVALS) {
+            return Ok(Self { file: None, path, at });
+        }
+        let file = match DayFile::open(folder, ARRIVALS, at) {
+            // As good as gone: the packets are kept without.
+            Err(StoreError::Io { source, .. }) if source.kind() == io::ErrorKind::InvalidData => {
                 return Ok(Self { file: None, path, at });
             }
-            other => other.named(&path)?,
+            other => other?,
         };
-        file.seek(SeekFrom::Start(at)).named(&path)?;
         Ok(Self { file: Some(BufReader::with_capacity(1 << 15, file)), path, at })
     }
 
@@ -43,7 +46,7 @@ impl Records {
                 Ok(Record::read(&bytes))
             }
             Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(None),
-            Err(source) => Err(crate::StoreError::Io { path: self.path.clone(), source }),
+            Err(source) => Err(StoreError::Io { path: self.path.clone(), source }),
         }
     }
 }
@@ -51,7 +54,9 @@ impl Records {
 /// The packets of a day.
 #[derive(Debug)]
 pub struct DayReader {
-    log: LogReader<File>,
+    log: LogReader<DayFile>,
+    /// Where the log was opened: its offsets count from there.
+    log_at: u64,
     records: RecordsAhead,
     path: PathBuf,
     packet: Vec<u8>,
@@ -75,9 +80,11 @@ impl DayReader {
     /// The day's packets from byte `data_at` of `Data.lsf` and byte `records_at` of `Arrivals.idx` on.
     pub(crate) fn open(archive: &Path, key: DayKey, data_at: u64, records_at: u64) -> Result<Self> {
         let folder = key.folder(archive);
-        let path = folder.join(DATA);
+        let file = DayFile::open(&folder, DATA, data_at)?;
+        let path = folder.join(if matches!(file, DayFile::Packed(_)) { packed_name(DATA) } else { DATA });
         Ok(Self {
-            log: LogReader::open_at(&path, data_at).named(&path)?,
+            log: LogReader::new(file),
+            log_at: data_at,
             records: RecordsAhead {
                 records: Records::open(&folder, records_at)?,
                 at: records_at,
@@ -100,7 +107,7 @@ impl DayReader {
                 Some(LogItem::Packet { offset, view }) => {
                     self.packet.clear();
                     self.packet.extend_from_slice(view.bytes());
-                    break offset;
+                    break self.log_at + offset;
                 }
                 Some(LogItem::Damage(damage)) => self.damage += damage.bytes,
                 Some(LogItem::Cut { .. }) => {}

@@ -3,8 +3,8 @@
 //! Data lost from the archive is lost for good, and the next start can no longer see that it was there. So the loss is
 //! recorded, and reported until an operator removes the file.
 
-use super::{DATA, DayKey, Lengths};
-use crate::error::{Named as _, Result};
+use super::{DATA, DayKey, Lengths, bytes};
+use crate::error::{Named as _, Result, StoreError};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -58,10 +58,11 @@ pub(crate) fn seen(
 ) -> Result<BTreeMap<String, Bytes>> {
     let mut days = written(archive)?;
     for (key, lengths) in read {
-        let path = key.folder(archive).join(DATA);
-        let is = match fs::metadata(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => 0,
-            other => other.named(&path)?.len(),
+        let is = match bytes::plain_bytes(&key.folder(archive), DATA) {
+            Ok(bytes) => bytes.unwrap_or(0),
+            Err(StoreError::Io { source, .. }) if source.kind() == std::io::ErrorKind::InvalidData => 0,
+            // It may be whole, and cannot be read now.
+            Err(_) => continue,
         };
         if is < lengths.data {
             merge(&mut days, key.name(), (lengths.data, is));

@@ -61,8 +61,8 @@ pub(super) fn days(reader: &Reader, root: &Path, selection: &Selection) -> Resul
     days.retain(|key| {
         // For a day that the history has read to its end, the times that its packets state are known.
         let outside = read.get(key).is_some_and(|progress| {
-            let whole = std::fs::metadata(key.folder(root).join(archive::DATA))
-                .is_ok_and(|file| file.len() == progress.lengths.data);
+            let whole = archive::bytes::plain_bytes(&key.folder(root), archive::DATA)
+                .map_or(true, |bytes| bytes == Some(progress.lengths.data));
             whole
                 && (progress.extent.last_us < selection.range.from_us
                     || progress.extent.first_us >= selection.range.to_us)

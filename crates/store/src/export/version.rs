@@ -76,7 +76,7 @@ pub fn log_version(data: &Path, selection: &Selection) -> Result<u64> {
     LAYOUT.hash(&mut version);
     let root = data.join("archive");
     for key in super::lsf::days(&reader, &root, &selection)? {
-        let bytes = std::fs::metadata(key.folder(&root).join(archive::DATA)).map_or(0, |file| file.len());
+        let bytes = archive::bytes::readable_bytes(&key.folder(&root), archive::DATA);
         (key.name(), bytes).hash(&mut version);
     }
     Ok(version.finish())

@@ -135,7 +135,7 @@ impl Catalogue {
             let transaction = self.connection.unchecked_transaction()?;
             for day in &days {
                 transaction
-                    .execute("DELETE FROM archived WHERE address=?1 AND day=?2", (day.src.0, day.day))?;
+                    .execute("DELETE FROM archived WHERE address=?1 AND day=?2", (day.src.0, day.number()))?;
             }
             transaction.execute("DELETE FROM month WHERE name=?1", [key.file_name()])?;
             transaction.commit()
@@ -247,7 +247,7 @@ impl Catalogue {
                 let Progress { lengths, extent } = self.progress(*key);
                 add.execute((
                     key.src.0,
-                    key.day,
+                    key.number(),
                     lengths.data as i64,
                     lengths.arrivals as i64,
                     extent.count as i64,
@@ -337,7 +337,7 @@ pub(crate) fn load_progress(connection: &Connection) -> rusqlite::Result<BTreeMa
     let mut statement = connection
         .prepare("SELECT address,day,data_bytes,arrival_bytes,packets,first_us,last_us FROM archived")?;
     let rows = statement.query_map((), |row| {
-        let key = DayKey { src: Address(row.get(0)?), day: row.get(1)? };
+        let key = DayKey::of_number(Address(row.get(0)?), row.get(1)?);
         let number = |at: usize| row.get::<_, i64>(at).map(i64::cast_unsigned);
         let lengths = Lengths { data: number(2)?, arrivals: number(3)? };
         let extent = Extent { first_us: row.get(5)?, last_us: row.get(6)?, count: number(4)? };

@@ -118,6 +118,15 @@ impl Reader {
         };
         let mut found: Vec<RecordedDay> = read.into_iter().filter_map(recorded).collect();
         found.sort_by_key(|one| (std::cmp::Reverse(one.day), one.system));
+        // Parts of a day are one day.
+        found.dedup_by(|part, day| {
+            let same = (part.system, part.day) == (day.system, day.day);
+            if same {
+                day.extent.merge(part.extent);
+                day.bytes += part.bytes;
+            }
+            same
+        });
         Ok(found)
     }
 

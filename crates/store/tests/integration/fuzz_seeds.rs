@@ -1,11 +1,11 @@
-//! The fuzz target's body over its committed seeds and over everything it ever found.
+//! The fuzz targets' bodies over their committed seeds and over everything it ever found.
 //!
 //! The seeds are this file's own: with LUTRA_WRITE_SEEDS set they are written again.
 
 #[path = "../../../../fuzz/bodies/store.rs"]
 mod bodies;
 
-use bodies::{PACKETS, START_S, packet};
+use bodies::{PACKED, PACKETS, START_S, packet};
 use proptest::prelude::*;
 use std::fs;
 use std::sync::LazyLock;
@@ -49,21 +49,51 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
+/// Files of a compressed day, whole and damaged.
+fn packed_seeds() -> Vec<(&'static str, Vec<u8>)> {
+    let [data, arrivals] = &*PACKED;
+    let with = |how: u8, bytes: &[u8]| [&[how][..], bytes].concat();
+    let part = |how: u8, at: u16, bytes: &[u8]| [&[how][..], &at.to_le_bytes(), bytes].concat();
+    vec![
+        ("data", with(0, data)),
+        ("records", with(1, arrivals)),
+        ("cut", with(0, &data[..data.len() - 3])),
+        ("nothing", vec![0]),
+        // Sizes in the head that the table does not have.
+        ("long", part(6, 20, &u64::MAX.to_le_bytes())),
+        ("small-frames", part(6, 16, &1_u32.to_le_bytes())),
+        ("other-coding", part(6, 14, &[1])),
+        // A number of frames for which there is no room.
+        ("many-frames", part(2, data.len() as u16 - 9, &u32::MAX.to_le_bytes())),
+        ("damaged-frame", part(2, 80, &[0xFF; 8])),
+        ("damaged-records", part(3, 80, &[0xFF; 8])),
+    ]
+}
+
 #[test]
 fn arrivals_seeds_hold() {
-    let folder = testkit::repository().join("fuzz/seeds/store_arrivals");
+    hold("store_arrivals", &SEEDS, bodies::arrivals);
+}
+
+#[test]
+fn packed_seeds_hold() {
+    hold("store_packed", &packed_seeds(), bodies::packed);
+}
+
+fn hold(target: &str, seeds: &[(&str, Vec<u8>)], body: fn(&[u8])) {
+    let folder = testkit::repository().join("fuzz/seeds").join(target);
     if std::env::var_os("LUTRA_WRITE_SEEDS").is_some() {
         fs::create_dir_all(&folder).unwrap();
-        for (name, bytes) in SEEDS.iter() {
+        for (name, bytes) in seeds {
             fs::write(folder.join(name), bytes).unwrap();
         }
     }
     let mut files: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
-    assert!(files.len() >= SEEDS.len(), "{} lacks seeds", folder.display());
+    assert!(files.len() >= seeds.len(), "{} lacks seeds", folder.display());
     for file in files {
         println!("{}", file.display());
-        bodies::arrivals(&fs::read(file).unwrap());
+        body(&fs::read(file).unwrap());
     }
 }
 
@@ -80,5 +110,12 @@ proptest! {
         bytes[0] = mend;
         bodies::arrivals(&bytes);
         bodies::arrivals(&bytes[..at]);
+    }
+
+    /// The same of compressed days.
+    #[test]
+    fn damaged_packed_days_hold(which in 0..2_u8, at: u16, bytes in prop::collection::vec(any::<u8>(), 1..12), mend: bool) {
+        let how = which | 2 | u8::from(mend) << 2;
+        bodies::packed(&[&[how][..], &at.to_le_bytes(), &bytes].concat());
     }
 }

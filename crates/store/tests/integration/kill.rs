@@ -4,7 +4,8 @@ use crate::support::{OTTER, START_US, accept_link, archived, temperature};
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use store::{Reader, Source, Store, TimeRange};
+use store::{PackStep, Packing, Reader, Source, Store, TimeRange, plan_packing};
+use units::UtcTime;
 
 /// Where the child writes; set only for it.
 const FOLDER: &str = "LUTRA_STORE_KILL_TEST";
@@ -15,6 +16,9 @@ const KILLS: u64 = 6;
 /// The same for the child that makes a history again, and for the one that has no room for it.
 const REBUILDING: &str = "LUTRA_STORE_REBUILD_TEST";
 const CRAMPED: &str = "LUTRA_STORE_CRAMPED_TEST";
+/// The same for the child that compresses a day and stops at the step of this name.
+const COMPRESSING: &str = "LUTRA_STORE_COMPRESS_TEST";
+const STOP_AT: &str = "LUTRA_STORE_STOP_AT";
 /// Acknowledgements before the process is killed: somewhere within the next commit.
 const ACKNOWLEDGED: usize = 12;
 
@@ -223,4 +227,61 @@ fn a_rebuild_without_room_stops_no_recording_and_goes_on_with_room() {
     store.settle().unwrap();
     let series = Reader::open(folder.path()).unwrap().series(Some(OTTER)).unwrap();
     assert_eq!((store.behind(), series[0].extent.count), (None, PACKETS + 200));
+}
+
+/// The child that compresses a day, and stands still at one step until it is killed.
+#[test]
+fn compressing_child() {
+    let Some(folder) = std::env::var_os(COMPRESSING) else { return };
+    let (folder, stop_at) = (Path::new(&folder).to_owned(), std::env::var(STOP_AT).unwrap());
+    let mut store = Store::open(&folder).unwrap();
+    let day = plan_packing(&folder, 3, later()).unwrap()[0];
+    let steps = move |step: PackStep| {
+        if format!("{step:?}") == stop_at {
+            println!("stands at {step:?}");
+            loop {
+                std::thread::park();
+            }
+        }
+    };
+    let mut packing = Packing::begin_watched(&folder, &day, Box::new(steps)).unwrap();
+    while packing.work(1 << 20).unwrap() {}
+    store.adopt(&mut packing).unwrap().unwrap();
+}
+
+fn later() -> UtcTime {
+    UtcTime::from_micros(START_US + 30 * 86_400_000_000)
+}
+
+#[test]
+fn a_server_that_is_killed_while_it_compresses_a_day_has_all_of_it() {
+    const PACKETS: u64 = 5_000;
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for seq in 0..PACKETS {
+        accept_link(&mut store, &sample(seq), START_US, seq);
+    }
+    accept_link(&mut store, &sample(PACKETS), START_US + 86_400_000_000, PACKETS);
+    store.close().unwrap();
+    // One folder goes through all steps: each run goes on with what the one before left.
+    for step in PackStep::ALL {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "kill::compressing_child", "--nocapture"])
+            .env(COMPRESSING, folder.path())
+            .env(STOP_AT, format!("{step:?}"))
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+        assert!(lines.any(|line| line.contains("stands at")), "the child did not come to {step:?}");
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let mut log = Vec::new();
+        store::export_lsf(folder.path(), &store::Selection::default(), &mut log).unwrap();
+        assert!(log == (0..=PACKETS).flat_map(sample).collect::<Vec<u8>>(), "{step:?}");
+        let store = Store::open(folder.path()).unwrap();
+        assert_eq!((store.durable(STREAM), &store.repairs().notes), (Some(PACKETS), &Vec::new()), "{step:?}");
+    }
+    let day = folder.path().join("archive/0x2810/20261121");
+    assert!(!day.join("Data.lsf").exists() && day.join("Data.lsf.zst").exists());
 }
