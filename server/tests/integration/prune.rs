@@ -225,7 +225,8 @@ fn days_that_were_compressed_after_the_backup_are_held_by_it_and_go() {
         let mut command = Command::new(SERVER);
         command.args(["archive", "compress"]).args(more).arg("--data").arg(shore.data());
         let output = command.output().unwrap();
-        let told = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        let told =
+            [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
         (output.status.success(), told)
     };
     let day = shore.data().join("archive/0x2810").join(&shore.days()[0]);
