@@ -52,7 +52,7 @@ impl Compression {
     /// where the disk has no room for this one.
     async fn compress(&self, rest: u32) -> Result<Vec<PackedDay>, Failed> {
         let now = self.clock.utc();
-        clock::check(now).map_err(|text| Failed { text: text.to_string(), is_full: false })?;
+        clock::check(now).map_err(|text| Failed { text: text.clone(), is_full: false })?;
         let (data, after_days) = (self.data.clone(), self.after_days);
         let days = blocking(move || plan_packing(&data, after_days, now)).await?;
         let (mut packed, mut trouble) = (Vec::new(), None);

@@ -162,7 +162,7 @@ fn doors(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Vec<Door>, PlanError> {
             };
             match doors[first..].last_mut() {
                 Some(last) if last.stretch == door.stretch && is_beside(room, last, &door, cancel)? => {
-                    last.take(door)
+                    last.take(door);
                 }
                 _ => doors.push(door),
             }

@@ -95,7 +95,9 @@ impl Lattice {
             Self { points: Vec::new(), on_way: Vec::new(), spacing_m, bounds, squares, columns };
         lattice.add(from);
         lattice.add(to);
-        ways.iter().for_each(|way| lattice.add_way(way));
+        for way in ways {
+            lattice.add_way(way);
+        }
         lattice.add_corners(sailing, &reach);
         cancel.check()?;
         lattice.add_grid(mesh, &reach);
@@ -154,7 +156,9 @@ impl Lattice {
                 |at: &Point| [((at.x - origin.x) / size_m) as u32, ((at.y - origin.y) / size_m) as u32];
             let kept: Vec<Point> = corners.iter().filter(|at| taken.insert(square(at))).copied().collect();
             if kept.len() <= MOST_CORNERS {
-                kept.into_iter().for_each(|at| _ = self.add(at));
+                for at in kept {
+                    self.add(at);
+                }
                 return;
             }
             size_m *= 1.5;

@@ -203,7 +203,9 @@ impl<'a> Long<'a> {
     fn nearest(&self, reached: &BTreeSet<Part>, start: Point) -> Result<(Point, f64), PlanError> {
         let goal = self.plane.point(self.request.to);
         let mut pieces: BTreeMap<Tile, Vec<u32>> = BTreeMap::new();
-        reached.iter().for_each(|(tile, piece)| pieces.entry(*tile).or_default().push(*piece));
+        for (tile, piece) in reached {
+            pieces.entry(*tile).or_default().push(*piece);
+        }
         let off_m = |tile: &Tile| self.of.grid.region(*tile).distance_m(goal);
         let mut tiles: Vec<(f64, Tile)> = pieces.keys().map(|tile| (off_m(tile), *tile)).collect();
         tiles.sort_by(|one, other| one.0.total_cmp(&other.0));

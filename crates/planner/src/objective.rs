@@ -183,7 +183,7 @@ impl Objective {
     /// Whether the shortest way is the best one.
     pub fn is_shortest(&self) -> bool {
         let Preferences { depth_m, off_m, factor } = self.preferences;
-        self.aim == Aim::Length && (factor == 1.0 || depth_m.is_none() && off_m.is_none())
+        self.aim == Aim::Length && (factor <= 1.0 || depth_m.is_none() && off_m.is_none())
     }
 
     /// Whether every metre costs the same: then the shortest way is the best one at any speed.
@@ -204,10 +204,9 @@ impl Objective {
         NeedsError::of("factor of preferences", factor, 1.0, MOST_FACTOR)?;
         NeedsError::of("number of speed limits", self.limits.len() as f64, 0.0, MOST_LIMITS as f64)?;
         NeedsError::of("time of departure (s)", self.depart_s, -1e11, 1e11)?;
-        let limits = self.limits.iter();
-        limits
-            .map(|limit| NeedsError::of("speed limit (m/s)", limit.most_mps, SLOWEST_MPS, FASTEST_MPS))
-            .collect()
+        self.limits.iter().try_for_each(|limit| {
+            NeedsError::of("speed limit (m/s)", limit.most_mps, SLOWEST_MPS, FASTEST_MPS)
+        })
     }
 
     /// What the preferred depth and distance need of the water, beside what a route needs.
@@ -237,7 +236,7 @@ impl Objective {
     pub(crate) fn paces_mps(&self) -> Vec<f64> {
         let tenths = if self.aim == Aim::Energy { LEAST_TENTHS..=10 } else { 10..=10 };
         let all = tenths.map(|tenth| self.through_water_mps * f64::from(tenth) / 10.0);
-        all.filter(|mps| *mps >= SLOWEST_MPS || *mps == self.through_water_mps).collect()
+        all.filter(|mps| *mps >= SLOWEST_MPS.min(self.through_water_mps)).collect()
     }
 
     /// No metre anywhere costs less than this at a pace.

@@ -187,6 +187,9 @@ fn without(open: Shapes, mut overlay: Overlay<i32>) -> Shapes {
     overlay.overlay(OverlayRule::Difference, FillRule::NonZero)
 }
 
+/// Something of a side from one point to another.
+type OfSide<'a, T> = &'a dyn Fn(Point, Point) -> T;
+
 /// A polygon around a circle that is drawn along lines.
 struct Brush {
     radius_m: f64,
@@ -209,7 +212,7 @@ impl Brush {
     fn draw(
         &self,
         line: &[Point],
-        (near, wanted, scale): (&Region, &dyn Fn(Point, Point) -> bool, &dyn Fn(Point, Point) -> f64),
+        (near, wanted, scale): (&Region, OfSide<'_, bool>, OfSide<'_, f64>),
         contour: &mut Vec<IntPoint<i32>>,
         mut give: impl FnMut(&[IntPoint<i32>]),
     ) {

@@ -67,7 +67,7 @@ impl Question<'_> {
             };
             let (best_mps, toll) = weigh(&route)?;
             offer(best_mps, toll, &route);
-            if best_mps == pace_mps {
+            if (best_mps - pace_mps).abs() < f64::EPSILON {
                 break;
             }
             pace_mps = best_mps;

@@ -145,7 +145,7 @@ fn a_gap_at_the_border_of_tiles_is_passed_exactly_where_it_is_wide_enough() {
         // Land from west to east with one gap 100 m wide.
         let square = |sea: Sea, east_m: f64| sea.with(Ground::Land, at(off_m, east_m), 1_000.0, 4);
         let sea = square(square(Sea::new(middle(), HALF_M, 30.0), off_m - 1_050.0), off_m + 1_050.0);
-        let sea = [-2_300.0, 2_600.0].into_iter().fold(sea, |sea, east_m| square(sea, east_m));
+        let sea = [-2_300.0, 2_600.0].into_iter().fold(sea, square);
         let routers = both(&Arc::new(sea.index()), 500.0);
         let request = exact(place(at(-1_900.0, off_m)), place(at(1_900.0, off_m)));
         for (number, clearance_m) in [47.0, 51.0].into_iter().enumerate() {

@@ -445,7 +445,7 @@ fn weighing_ends_at_once_when_it_is_cancelled() {
     let (_, of_shortest) = looks(&plain, usize::MAX);
     let (route, all) = looks(&router, usize::MAX);
     assert!(route.is_ok() && all > of_shortest + 20, "{all} {of_shortest}");
-    for most in [of_shortest + 3, (of_shortest + all) / 2, all - 1] {
+    for most in [of_shortest + 3, usize::midpoint(of_shortest, all), all - 1] {
         let (answer, looked) = looks(&router, most);
         assert!(matches!(answer, Err(Refusal::Plan(PlanError::Cancelled))), "{most}");
         assert_eq!(looked, most + 1, "it ends at once");

@@ -238,7 +238,7 @@ impl Rows<'_> {
             }
             Slot::Vessel(value) => {
                 **value =
-                    Some((self.names.address)(text).map_err(|said| say("{text}").with_said("text", said))?)
+                    Some((self.names.address)(text).map_err(|said| say("{text}").with_said("text", said))?);
             }
         }
         Ok(())

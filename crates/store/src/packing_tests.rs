@@ -424,8 +424,10 @@ fn two_forms_that_differ_are_both_kept() {
     assert_eq!(fs::read(day(folder).join("Data.lsf.zst")).unwrap(), packed);
 }
 
+type Everything = Vec<(DayKey, Arrival, Vec<u8>)>;
+
 /// A folder with a compressed day, its plain packets and records, and all of its archive as it is read.
-fn packed_day(folder: &Path) -> ([Vec<u8>; 2], Vec<(DayKey, Arrival, Vec<u8>)>) {
+fn packed_day(folder: &Path) -> ([Vec<u8>; 2], Everything) {
     fill(folder, 60, 30);
     let plain = [DATA, ARRIVALS].map(|name| fs::read(day(folder).join(name)).unwrap());
     let mut store = Store::open(folder).unwrap();

@@ -38,13 +38,10 @@ pub(super) fn archive(common: &Common, command: &ArchiveCommand) -> anyhow::Resu
     let ArchiveCommand::Compress(arguments) = command;
     let data = folder(common)?;
     let configured = common.load(Vec::new())?.archive.compress_after_days;
-    let after_days = match (arguments.after_days, configured) {
-        (Some(days), _) => days,
-        (None, 0) => {
-            bail!("archive.compress_after_days is 0, so no day is compressed: say --after-days DAYS")
-        }
-        (None, days) => days,
-    };
+    if arguments.after_days.is_none() && configured == 0 {
+        bail!("archive.compress_after_days is 0, so no day is compressed: give --after-days DAYS");
+    }
+    let after_days = arguments.after_days.unwrap_or(configured);
     let now = clock::now();
     if let Err(why) = clock::check(now) {
         bail!("no day is compressed: {why}");

@@ -103,7 +103,7 @@ enum Command {
     /// The sea chart: import, list, ask for depths, export.
     Chart(chart::ChartArguments),
     /// Plans without a running server: routes on the sea chart.
-    Plan(plan::PlanArguments),
+    Plan(Box<plan::PlanArguments>),
     /// Check whether all is well, and print remedies where it is not.
     Doctor(doctor::DoctorArguments),
     /// Write manual pages and completions for shells, for packages.

@@ -53,7 +53,7 @@ impl Values {
     }
 }
 
-impl<'de> IntoDeserializer<'de, Error> for Values {
+impl IntoDeserializer<'_, Error> for Values {
     type Deserializer = Self;
     fn into_deserializer(self) -> Self {
         self

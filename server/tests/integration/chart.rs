@@ -1,6 +1,7 @@
 //! `lutra-server chart` as an operator runs it.
 
 use serde_json::Value;
+use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -145,7 +146,7 @@ fn routes_are_planned_by_the_command_line() {
     let mut tide = "time,lat,lon,east_mps,north_mps\n".to_owned();
     for (lat, east_mps) in [(63.43, 1.2), (63.444, 1.2), (63.446, 0.1), (63.47, 0.1)] {
         for lon in [10.29, 10.37] {
-            tide += &format!("2026-11-21T06:00:00Z,{lat},{lon},{east_mps},0\n");
+            writeln!(tide, "2026-11-21T06:00:00Z,{lat},{lon},{east_mps},0").unwrap();
         }
     }
     std::fs::write(&field, &tide).unwrap();

@@ -253,7 +253,7 @@ async fn a_season_in_fast_motion_loses_nothing_and_doubles_nothing() {
         let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
         assert!(output.status.success(), "{}", said(&output));
         let on_disk = disk.as_ref().filter(|_| name == "otter-3");
-        let data = on_disk.map_or_else(|| root.path().join("sailing"), |disk| disk.data());
+        let data = on_disk.map_or_else(|| root.path().join("sailing"), super::disk_full::Disk::data);
         let (address, agent) = (Address(address), None);
         boats.push(Boat { name, address, root, data, lines, agent, cuts: 0, kills: 0, full: 0 });
     }

@@ -245,12 +245,12 @@ impl Called {
         let name = move |address: u16| {
             by_address.get(&address).cloned().unwrap_or_else(|| format!("0x{address:04X}"))
         };
-        let address = move |text: &str| match vessels::address(text) {
-            Ok(address) => Ok(address),
-            Err(_) => {
-                let found = store::system(&known, text);
-                found.map(|address| address.0).map_err(|error| Said::as_is(error.to_string()))
+        let address = move |text: &str| {
+            if let Ok(address) = vessels::address(text) {
+                return Ok(address);
             }
+            let found = store::system(&known, text);
+            found.map(|address| address.0).map_err(|error| Said::as_is(error.to_string()))
         };
         Self { name: Box::new(name), address: Box::new(address) }
     }

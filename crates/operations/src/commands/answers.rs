@@ -83,7 +83,7 @@ impl Commands {
         for id in self.open(vessel, |one| one.request_id == request && wanted(one)) {
             match answer.r#type {
                 PlanControlType::Success | PlanControlType::InProgress => {
-                    self.works(now, id, Said::as_is(&*info))
+                    self.works(now, id, Said::as_is(&*info));
                 }
                 PlanControlType::Failure => self.refused(now, id, Said::as_is(info.clone().into_owned())),
                 PlanControlType::Request | PlanControlType::Unlisted(_) => {}

@@ -96,9 +96,8 @@ fn conflicts(
         let by = by.or_else(|| (fleet.vpn.server_address == address).then_some("the server"));
         if let Some(by) = by {
             conflicts.push(format!(
-                "{} is given to {by}, and {name}, which is no longer in the file, still has it: --revoke {name}, or take \
-                 another address",
-                address
+                "{address} is given to {by}, and {name}, which is no longer in the file, still has it: --revoke {name}, or \
+                 take another address"
             ));
         }
     }

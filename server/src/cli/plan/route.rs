@@ -518,7 +518,8 @@ fn write(
     let of_leg = |cost: &LegCost| cost.limit_mps.unwrap_or(speed_mps);
     let mut maneuvers = Vec::new();
     let mut from = 0;
-    for same in costs.chunk_by(|one, other| of_leg(one) == of_leg(other)) {
+    let is_same = |one: &LegCost, other: &LegCost| of_leg(one).total_cmp(&of_leg(other)).is_eq();
+    for same in costs.chunk_by(is_same) {
         let id = if from == 0 { "Route".to_owned() } else { format!("Route {}", maneuvers.len() + 1) };
         let points = places[from..=from + same.len()].to_vec();
         let speed = PlanSpeed { value: of_leg(&same[0]), unit: SpeedUnit::Mps };

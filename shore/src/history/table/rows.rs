@@ -130,8 +130,8 @@ pub fn detections(
             vessel: called_or_address(&names, one.origin.system),
             tag: one.tag(),
             data: one.data,
-            latitude: place.map(|place| place.lat_deg()),
-            longitude: place.map(|place| place.lon_deg()),
+            latitude: place.map(units::LatLon::lat_deg),
+            longitude: place.map(units::LatLon::lon_deg),
             snr_db: one.snr_db,
         }
     };

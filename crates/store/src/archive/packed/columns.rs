@@ -65,7 +65,7 @@ pub(super) fn decode(block: &[u8], plain_bytes: usize, out: &mut Vec<u8>) -> io:
         return Ok(());
     }
     let count = plain_bytes / ARRIVAL_BYTES;
-    if *kind != COLUMNS || plain_bytes % ARRIVAL_BYTES != 0 || rest.len() < count {
+    if *kind != COLUMNS || !plain_bytes.is_multiple_of(ARRIVAL_BYTES) || rest.len() < count {
         return Err(bad());
     }
     let start = out.len();

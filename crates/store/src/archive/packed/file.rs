@@ -21,7 +21,8 @@ pub struct Packed {
     frames: Vec<Frame>,
     damage: Option<&'static str>,
     decoder: zstd::bulk::Decompressor<'static>,
-    packed: Vec<u8>,
+    /// A frame as it is in the file.
+    frame: Vec<u8>,
     unpacked: Vec<u8>,
     plain: Vec<u8>,
     /// The frame that `plain` is of.
@@ -80,7 +81,7 @@ impl Packed {
             frames,
             damage,
             decoder: zstd::bulk::Decompressor::new()?,
-            packed: Vec::new(),
+            frame: Vec::new(),
             unpacked: Vec::new(),
             plain: Vec::new(),
             held: None,
@@ -136,8 +137,8 @@ impl Packed {
 
     fn unpack(&mut self, number: u64) -> io::Result<()> {
         let frame = *self.frames.get(number as usize).ok_or_else(|| damaged("a frame is missing"))?;
-        self.packed.resize(frame.packed as usize, 0);
-        self.file.read_exact_at(&mut self.packed, frame.at)?;
+        self.frame.resize(frame.packed as usize, 0);
+        self.file.read_exact_at(&mut self.frame, frame.at)?;
         let plain_bytes = self.head.plain_in(number) as usize;
         let into = match self.head.coding {
             Coding::Bytes => &mut self.plain,
@@ -145,7 +146,7 @@ impl Packed {
         };
         into.clear();
         into.reserve_exact(frame.unpacked as usize);
-        let unpacked = self.decoder.decompress_to_buffer(&self.packed, into);
+        let unpacked = self.decoder.decompress_to_buffer(&self.frame, into);
         if unpacked.ok() != Some(frame.unpacked as usize) {
             return Err(damaged("a frame is damaged"));
         }

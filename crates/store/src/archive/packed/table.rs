@@ -106,7 +106,7 @@ impl Head {
         };
         let frame_bytes = number(&bytes[16..20]) as u32;
         let fits = (1..=FRAME_BYTES).contains(&frame_bytes)
-            && (coding == Coding::Bytes || frame_bytes as usize % ARRIVAL_BYTES == 0);
+            && (coding == Coding::Bytes || (frame_bytes as usize).is_multiple_of(ARRIVAL_BYTES));
         if !fits {
             return Err(damaged("its head is damaged"));
         }

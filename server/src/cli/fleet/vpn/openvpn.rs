@@ -143,14 +143,13 @@ impl Tunnel for OpenVpn<'_> {
     fn give(&self, name: &str, address: Ipv4Addr, new: bool, now: UtcTime) -> anyhow::Result<()> {
         let shore = self.shore()?.with_context(|| state::no_key("the server"))?;
         let present = if new { None } else { self.access(name)? };
-        let (serial, aboard) = match present {
-            Some(access) => (access.serial, access.aboard),
-            None => {
-                self.revoke(name, now)?;
-                let serial = Serial(state::random()?);
-                let identity = certificates::sign(&shore.authority, name, Purpose::Vessel, serial, now)?;
-                (serial, Aboard { identity, authority: shore.authority.certificate })
-            }
+        let (serial, aboard) = if let Some(access) = present {
+            (access.serial, access.aboard)
+        } else {
+            self.revoke(name, now)?;
+            let serial = Serial(state::random()?);
+            let identity = certificates::sign(&shore.authority, name, Purpose::Vessel, serial, now)?;
+            (serial, Aboard { identity, authority: shore.authority.certificate })
         };
         let text = format!("{address}\n{serial}\n{}", aboard.written());
         files::write(&self.path(name), text.as_bytes())

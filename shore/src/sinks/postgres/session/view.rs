@@ -56,8 +56,8 @@ impl Session {
         ));
         let rights: Vec<String> =
             patiently(sqlx::query_scalar(rights).fetch_all(&mut self.connection)).await?;
-        let again: String = rights.iter().map(|right| format!("; {right}")).collect();
-        self.at_once(&format!("DROP VIEW {name}; {view}; {comment}{again}")).await
+        let all = [format!("DROP VIEW {name}"), view.to_owned(), comment].into_iter().chain(rights);
+        self.at_once(&all.collect::<Vec<_>>().join("; ")).await
     }
 
     /// Statements in one transaction, after whose failure the session goes on.
