@@ -12,7 +12,7 @@ export const OWN = ["fleet", "vessel", "plan", "nogo", "detections", "data", "ex
 export const SHARED = ["import", "plans", "style"];
 
 /** Where what comes over the live sockets is worded: no request fails there, after which words could be fetched. */
-const OUTCOMES = /^crates\/(operations|hub)\/|^shore\/src\/(commands\/|router\/|error\.rs)|^server\/src\/http\/(live|teleop)/;
+const OUTCOMES = /^crates\/(operations|hub)\/|^shore\/src\/(commands\/|router\/|error\.rs)|^server\/src\/(http\/(live|teleop)|web\/(error|guard))/;
 
 /** The sources that are loaded with `sources`, by the metafile of a bundle. */
 export function reached(inputs, sources) {

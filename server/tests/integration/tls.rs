@@ -10,11 +10,17 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// A server with a certificate that its own authority made for this computer.
+const HTTP2: [&str; 2] = ["--set", "http.http2=true"];
+
 fn serve(data: &Path) -> Server {
+    serve_with(data, &[])
+}
+
+fn serve_with(data: &Path, more: &[&str]) -> Server {
     let made = run(data, &["tls", "init", "--name", "127.0.0.1", "--name", "localhost"]);
     let config = data.join("server.toml");
     fs::write(&config, made).unwrap();
-    Server::start_by(Command::new(SERVER), data, "127.0.0.1:0", &["--config", config.to_str().unwrap()])
+    Server::start_by(Command::new(SERVER), data, "127.0.0.1:0", &[&["--config", config.to_str().unwrap()], more].concat())
 }
 
 fn hang_up(process: &Process) {
@@ -103,17 +109,23 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     server.process.terminate();
 }
 
-/// As browsers do: requests by HTTP/2, the live socket on a connection by HTTP/1.1 alone. Clients that offer neither, such as
+/// As browsers do where it is wanted: requests by HTTP/2, the live socket on a connection by HTTP/1.1 alone. Clients that offer neither, such as
 /// vessels, get HTTP/1.1.
 #[test]
 fn an_encrypted_server_speaks_http2_to_who_offers_it_and_sockets_stay_with_http1() {
     let scratch = tempfile::tempdir().unwrap();
+    let offered = ["h2", "http/1.1"];
+    let plain = scratch.path().join("plain");
+    let mut server = serve(&plain);
+    let chosen = Trusting::new(&plain.join("tls/ca.pem")).protocol(server.web, "localhost", &offered);
+    assert_eq!(chosen.as_deref(), Some("http/1.1"), "HTTP/2 only where it is wanted");
+    server.process.terminate();
     let data = scratch.path().join("data");
-    let mut server = serve(&data);
+    let mut server = serve_with(&data, &HTTP2);
     let authority = data.join("tls/ca.pem");
     let ours = Trusting::new(&authority);
     let chosen = |offered: &[&str]| ours.protocol(server.web, "localhost", offered);
-    assert_eq!(chosen(&["h2", "http/1.1"]).as_deref(), Some("h2"));
+    assert_eq!(chosen(&offered).as_deref(), Some("h2"));
     assert_eq!(chosen(&["http/1.1"]).as_deref(), Some("http/1.1"));
     assert_eq!(chosen(&[]), None);
     let mut kept = ours.connect(server.web, "localhost").unwrap();
@@ -150,7 +162,7 @@ async fn pages_come_by_http2_in_a_browser_and_the_vessel_is_live() {
     fs::create_dir(&aboard).unwrap();
     let token = link_token(&data, "otter-1", "0x2810");
     add_admin(&data, "nils", "seven small boats");
-    let mut server = serve(&data);
+    let mut server = serve_with(&data, &HTTP2);
     let authority = data.join("tls/ca.pem");
     let _agent = Agent::start_encrypted(&program, &aboard, server.web, &token, &authority);
     let url = format!("https://127.0.0.1:{}", server.web.port());

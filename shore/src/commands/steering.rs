@@ -120,9 +120,9 @@ impl Steering {
         if !self.teleop.may_begin() {
             let trip = self.teleop.round_trip();
             let why = match trip {
-                Some(trip) => say("Not begun: the round trip is {ms} ms; it may be 1000 ms.")
+                Some(trip) => say("Not begun: the round trip is {ms} ms; at most 1000 ms is allowed.")
                     .with("ms", trip.as_millis()),
-                None => say("Not begun: the round trip is not known yet; it may be 1000 ms."),
+                None => say("Not begun: the round trip is not known yet; at most 1000 ms is allowed."),
             };
             let remedy = say("Try again when the network is faster, or send the vessel by a plan.");
             self.said = (why.into(), remedy.into());

@@ -95,7 +95,7 @@ export const STOP_WANTED_MS = 600_000;
 /** STOP waits for no turn: all others leave it a connection. `signal` ends the try. */
 export async function postStop(vessel: number, window: string, key: string, signal: AbortSignal): Promise<Ordered> {
   const query = new URLSearchParams({ window, key });
-  return sent<Ordered>("POST", `/api/v1/vessels/${vessel}/abort?${query}`, signal);
+  return sent<Ordered>("POST", `/api/v1/vessels/${vessel}/abort?${query}`, signal, undefined, "at hand");
 }
 
 async function tell<T>(method: string, path: string, patienceMs: number, body?: unknown): Promise<T> {
@@ -103,7 +103,8 @@ async function tell<T>(method: string, path: string, patienceMs: number, body?: 
   return inTurn("act", signal, () => sent<T>(method, path, signal, body));
 }
 
-async function sent<T>(method: string, path: string, signal: AbortSignal, body?: unknown): Promise<T> {
+/** `words` of a refusal: those that may have to be fetched, or at once with what is at hand. */
+async function sent<T>(method: string, path: string, signal: AbortSignal, body?: unknown, words: "all" | "at hand" = "all"): Promise<T> {
   const file = body instanceof Blob;
   const response = await fetch(path, {
     method,
@@ -115,7 +116,7 @@ async function sent<T>(method: string, path: string, signal: AbortSignal, body?:
     ...(body === undefined ? {} : { body: file ? body : JSON.stringify(body) }),
     signal,
   });
-  if (!response.ok) throw await refused(response);
+  if (!response.ok) throw await refused(response, words);
   const text = await response.text();
   return (text ? JSON.parse(text) : undefined) as T;
 }
@@ -125,11 +126,11 @@ export function csrf(): string {
   return document.querySelector<HTMLMetaElement>('meta[name="csrf"]')?.content ?? "";
 }
 
-async function refused(response: Response): Promise<Refusal> {
+async function refused(response: Response, words: "all" | "at hand" = "all"): Promise<Refusal> {
   const waitS = Number(response.headers.get("retry-after")) || 0;
   try {
     const answer = (await response.json()) as RefusalAnswer;
-    await withWords(answer.error.says);
+    if (words === "all") await withWords(answer.error.says);
     return new Refusal(response.status, answer.error, answer, waitS);
   } catch {
     return new Refusal(response.status, { code: "unknown", text: t("The server answered {status}.", { status: response.status }) });

@@ -1,8 +1,9 @@
-// Help: keys of the page and words of the field, opened by `?` or from the top bar. It is loaded when it is first opened.
+// Help: keys of the page and words of the field, opened by `?` or from the top bar. What it shows is loaded when it is first
+// opened; the dialog itself opens at once, never later over what the person does by then.
 
-import { reason } from "../api/http";
 import { later, t } from "../words/words";
 import { make } from "./dom";
+import { reloadOffer } from "./reload";
 
 /** `?` opens it, on every page; Escape closes it, as of any dialog. */
 export function createHelp(): void {
@@ -11,16 +12,21 @@ export function createHelp(): void {
   const button = make("button", { type: "button", class: "help-button", "aria-label": t("Help"), title: t("Help: keys and words. ?") }, "?");
   place.prepend(button);
   let dialog: HTMLDialogElement | undefined;
-  const show = (shown: HTMLDialogElement): void => {
-    if (!shown.isConnected) document.body.append(shown);
-    if (!shown.open) shown.showModal();
+  const closing = (): HTMLElement => make("form", { method: "dialog" }, make("button", {}, t("Close")));
+  const load = (into: HTMLDialogElement): void => {
+    into.append(make("p", { role: "status" }, t("Reading …")), closing());
+    later(() => import("./helpdialog")).then(
+      ({ fillHelp }) => fillHelp(into),
+      () => into.replaceChildren(reloadOffer(), closing()),
+    );
   };
   const open = (): void => {
-    if (dialog) return show(dialog);
-    later(() => import("./helpdialog")).then(
-      ({ createHelpDialog }) => show((dialog ??= createHelpDialog())),
-      (error: unknown) => show(make("dialog", { class: "help", "aria-label": t("Help") }, make("p", { role: "alert" }, reason(error)), make("form", { method: "dialog" }, make("button", {}, t("Close"))))),
-    );
+    if (!dialog) {
+      dialog = make("dialog", { class: "help", "aria-label": t("Help") });
+      document.body.append(dialog);
+      load(dialog);
+    }
+    if (!dialog.open) dialog.showModal();
   };
   button.addEventListener("click", open);
   document.addEventListener("keydown", (event) => {

@@ -4,7 +4,8 @@ import { GLOSSARY, KEYS } from "../state/helpwords";
 import { t } from "../words/words";
 import { make } from "./dom";
 
-export function createHelpDialog(): HTMLDialogElement {
+/** Puts it into the dialog, which may be open already. */
+export function fillHelp(dialog: HTMLDialogElement): void {
   const search = make("input", { type: "text", "aria-label": t("Search in help"), placeholder: t("Search") });
   // In the order of the page's language, whose last letters are æ, ø and å.
   const sorted = [...GLOSSARY].sort(([one], [other]) => one.localeCompare(other, document.documentElement.lang));
@@ -18,12 +19,12 @@ export function createHelpDialog(): HTMLDialogElement {
     none.hidden = [...terms, ...keys].some(({ row }) => !row.hidden);
   });
   const close = make("button", { type: "button" }, t("Close"));
-  const dialog = make("dialog", { class: "help", "aria-labelledby": "help-title" },
+  dialog.replaceChildren(
     make("div", { class: "row" }, make("h2", { id: "help-title" }, t("Help")), search, close),
     make("p", {}, make("a", { href: "/help" }, t("The manual: guides, and what to do about each alarm"))),
     none,
     make("h3", {}, t("Keys on this page")), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
     make("h3", {}, t("Words")), make("dl", {}, ...terms.map(({ row }) => row)));
   close.addEventListener("click", () => dialog.close());
-  return dialog;
+  if (dialog.open) search.focus();
 }

@@ -11,7 +11,7 @@ export function speak(words: Packed, rest: () => Promise<Packed>): void {
   globalThis.lutraMoreWords = () =>
     (coming ??= rest().then(
       (packed) => void (more = unpack(packed)),
-      // Asked again with the next refusal; this one is said in English.
-      () => void (coming = undefined),
+      // Refusals are said in English until the page is loaded again.
+      () => undefined,
     ));
 }

@@ -45,9 +45,12 @@ export function worded({ text, says }: { readonly text: string; readonly says?: 
 
 /** Loads a part of a page that few open, when its words are here: texts are made as soon as it is loaded. */
 export async function later<Part>(load: () => Promise<Part>): Promise<Part> {
-  await globalThis.lutraMoreWords?.();
+  if (globalThis.lutraMoreWords) await Promise.race([globalThis.lutraMoreWords(), elapsed(PART_MS)]);
   return load();
 }
+
+/** A part of a page waits this long for its words at most, ms; then its texts are English. */
+const PART_MS = 20_000;
 
 /** A refusal waits this long for its words at most, ms. */
 const WORDS_MS = 2_000;
@@ -56,7 +59,11 @@ const WORDS_MS = 2_000;
 export async function withWords(...says: readonly (Wording | undefined)[]): Promise<void> {
   const lacks = ({ template, parts = {} }: Wording): boolean => /\p{L}/u.test(template.replace(/\{\w+\}/g, "")) && globalThis.lutraWords?.(template) === undefined || Object.values(parts).flatMap((texts) => texts ?? []).some(lacks);
   if (!globalThis.lutraMoreWords || !says.some((one) => one && lacks(one))) return;
-  await Promise.race([globalThis.lutraMoreWords(), new Promise((late) => setTimeout(late, WORDS_MS))]);
+  await Promise.race([globalThis.lutraMoreWords(), elapsed(WORDS_MS)]);
+}
+
+function elapsed(ms: number): Promise<void> {
+  return new Promise((late) => setTimeout(late, ms));
 }
 
 /** A place holds a value, or texts with words of their own, each on a line. */
