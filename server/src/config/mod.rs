@@ -303,7 +303,9 @@ impl Config {
         for origin in &self.http.origins {
             check(
                 is_origin(origin),
-                &format!("http.origins: {origin:?} is no origin; write https://name or https://name:port"),
+                &format!(
+                    "http.origins: {origin:?} is not an origin; write https://name or https://name:port"
+                ),
             );
         }
         let all_may = self.http.cors_origins.iter().any(|origin| origin == "*");
@@ -311,7 +313,7 @@ impl Config {
             check(
                 is_origin(origin),
                 &format!(
-                    "http.cors_origins: {origin:?} is no origin; write https://name or https://name:port, or `*` alone for all pages"
+                    "http.cors_origins: {origin:?} is not an origin; write https://name or https://name:port, or `*` alone for all pages"
                 ),
             );
         }

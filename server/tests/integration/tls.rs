@@ -20,7 +20,12 @@ fn serve_with(data: &Path, more: &[&str]) -> Server {
     let made = run(data, &["tls", "init", "--name", "127.0.0.1", "--name", "localhost"]);
     let config = data.join("server.toml");
     fs::write(&config, made).unwrap();
-    Server::start_by(Command::new(SERVER), data, "127.0.0.1:0", &[&["--config", config.to_str().unwrap()], more].concat())
+    Server::start_by(
+        Command::new(SERVER),
+        data,
+        "127.0.0.1:0",
+        &[&["--config", config.to_str().unwrap()], more].concat(),
+    )
 }
 
 fn hang_up(process: &Process) {

@@ -43,7 +43,10 @@ impl Frozen {
             return Err(malformed(text.into()));
         }
         let query = &version.query;
-        file.narrowed = Narrowed::new(&query.projects, Some(&query.area), &study).map_err(|text| {
+        // Names as they are: one that the register has no more is not taken for several.
+        let (projects, area) = (query.projects.iter().map(String::as_str), query.area.trim());
+        let narrowed = Narrowed::of(projects, (!area.is_empty()).then_some(area), &study);
+        file.narrowed = narrowed.map_err(|text| {
             Error::refused(say("The archive has changed since: {text}").with_said("text", text))
         })?;
         file.without.clone_from(&query.without);

@@ -377,9 +377,11 @@ async fn a_view_of_an_earlier_version_is_made_anew_with_its_rights() {
 
     let earlier = "DROP VIEW lutra.detections CASCADE; \
                    CREATE VIEW lutra.detections AS SELECT tag::text AS tag_name, 1 AS gone FROM lutra.detection_reports";
+    let comment =
+        "COMMENT ON VIEW lutra.detections IS 'Each detection of a tag once: as an earlier version had it'";
     postgres.admin("CREATE ROLE reader LOGIN PASSWORD 'reads'");
     postgres.say(&format!(
-        "{earlier}; GRANT USAGE ON SCHEMA lutra TO reader; GRANT SELECT ON lutra.detections TO reader"
+        "{earlier}; {comment}; GRANT USAGE ON SCHEMA lutra TO reader; GRANT SELECT ON lutra.detections TO reader"
     ));
     let shore = Shore::start(&data, &postgres.url(), &password).await;
     let seen = || postgres.ask("reader", "reads", "SELECT tag_name, snr_db > 0 FROM lutra.detections");
@@ -387,13 +389,25 @@ async fn a_view_of_an_earlier_version_is_made_anew_with_its_rights() {
     shore.end().await;
     assert_eq!(seen().unwrap(), "S256-101,t");
 
-    postgres.say(&format!("{earlier}; CREATE VIEW lutra.mine AS SELECT gone FROM lutra.detections"));
+    postgres
+        .say(&format!("{earlier}; {comment}; CREATE VIEW lutra.mine AS SELECT gone FROM lutra.detections"));
     let shore = Shore::start(&data, &postgres.url(), &password).await;
     shore.record(vec![packet(START_S + 1.0, Voltage { value: 2.0 })]).await;
     shore.caught_up().await;
     shore.end().await;
     assert_eq!(postgres.say("SELECT gone FROM lutra.mine"), "1", "what a person built on it stays");
     assert_eq!(postgres.count("voltage"), 2, "and all is recorded");
+
+    postgres.say(earlier);
+    let shore = Shore::start(&data, &postgres.url(), &password).await;
+    shore.record(vec![packet(START_S + 2.0, Voltage { value: 3.0 })]).await;
+    shore.caught_up().await;
+    shore.end().await;
+    assert_eq!(
+        postgres.say("SELECT gone FROM lutra.detections"),
+        "1",
+        "a view that Lutra did not make stays"
+    );
 }
 
 /// TimescaleDB is not in Debian: a stand-in with the signature of its function notes what it is asked for.

@@ -44,11 +44,16 @@ pub fn range(from: &str, to: &str) -> store::Result<TimeRange> {
     if range.to_us < range.from_us { Err(wrong("to", "is before `from`")) } else { Ok(range) }
 }
 
+/// Whole numbers up to this are not times in milliseconds: today's seconds since 1970 are among them (ms).
+const EARLIEST_MS: i64 = 10_000_000_000;
+
 fn time(name: &str, text: &str) -> store::Result<i64> {
     let text = text.trim();
     let is_whole = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let time_us = if is_whole {
-        text.parse::<i64>().ok().and_then(|ms| ms.checked_mul(1_000))
+        // A small number is a year, a date or seconds.
+        let ms = text.parse::<i64>().ok().filter(|ms| *ms == 0 || *ms > EARLIEST_MS);
+        ms.and_then(|ms| ms.checked_mul(1_000))
     } else {
         text.parse::<UtcTime>().ok().map(UtcTime::micros)
     };

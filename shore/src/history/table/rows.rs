@@ -110,6 +110,9 @@ impl Asked {
     }
 }
 
+/// A page of what is seldom is looked for in so many parts of the history (200,000 messages each); then it ends early.
+const MOST_PARTS: usize = 32;
+
 /// A page of the detections that are wanted, the oldest report first, and where the rest begins.
 ///
 /// # Errors
@@ -121,7 +124,17 @@ pub fn detections(
     named: &[Vessel],
 ) -> store::Result<(Vec<TableDetection>, Option<api::Next>)> {
     let names = called(reader, named)?;
-    let found = reader.detections_of(wanted, Order::Oldest, page)?;
+    let (mut found, mut rest) = (Vec::new(), None);
+    let (mut wanted, mut part) = (wanted.clone(), page);
+    for _ in 0..MOST_PARTS {
+        let paged = reader.detections_of(&wanted, Order::Oldest, part)?;
+        found.extend(paged.items);
+        rest = paged.next.map(|next| history::next(next, wanted.range, Order::Oldest));
+        let Some(next) = rest.filter(|_| found.len() < page.rows) else { break };
+        wanted.range = TimeRange { from_us: next.from_us, to_us: next.to_us };
+        // Of further parts less text, so that the whole is bounded too.
+        part = Page { skip: next.skip as usize, rows: page.rows - found.len(), bytes: page.bytes / 8 };
+    }
     let mut iso = IsoTime::new();
     let row = |one: Detection| {
         let place = one.pose.map(|pose| pose.place);
@@ -135,8 +148,7 @@ pub fn detections(
             snr_db: one.snr_db,
         }
     };
-    let rows = found.items.into_iter().map(row).collect();
-    Ok((rows, found.next.map(|rest| history::next(rest, wanted.range, Order::Oldest))))
+    Ok((found.into_iter().map(row).collect(), rest))
 }
 
 fn called_or_address(names: &BTreeMap<Address, String>, vessel: Address) -> String {

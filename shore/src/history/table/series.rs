@@ -31,7 +31,7 @@ impl SeriesName {
             wrong(
                 "series",
                 format_args!(
-                    "`{shown}` is no series; write message, entity and field, such as Voltage.2.value, or message and field, such as \
+                    "`{shown}` is not a series; write message, entity and field, such as Voltage.2.value, or message and field, such as \
                      EstimatedState.psi. /api/v1/table/series lists them"
                 ),
             )

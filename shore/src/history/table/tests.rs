@@ -28,7 +28,7 @@ fn a_series_is_named_by_message_entity_and_field() {
     }
     for text in ["", "Voltage", "Voltage.", ".value", "Voltage..value", "Voltage.2."] {
         let error = SeriesName::new(text).unwrap_err().to_string();
-        assert!(error.contains("is no series; write message, entity and field"), "{text}: {error}");
+        assert!(error.contains("is not a series; write message, entity and field"), "{text}: {error}");
     }
     assert!(SeriesName::new("Voltag.2.value").unwrap_err().to_string().contains("did you mean `Voltage`"));
 }

@@ -43,10 +43,13 @@ pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
     )
 }
 
+/// With these words begins the comment of a view that Lutra made, of any version.
+pub(super) const OWN: &str = "Each detection of a tag once";
+
 /// What people read of it in the database, and by which definition it was made: so a later version of Lutra knows whether it has another.
 pub(super) fn comment(schema: &str, definition: &str) -> String {
     format!(
-        "COMMENT ON VIEW \"{schema}\".detections IS 'Each detection of a tag once: time when the vessel reported it, heard by the \
+        "COMMENT ON VIEW \"{schema}\".detections IS '{OWN}: time when the vessel reported it, heard by the \
          receiver''s clock where that was set ({})'",
         mark(definition)
     )

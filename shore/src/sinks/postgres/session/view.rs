@@ -12,8 +12,15 @@ impl Session {
                             JOIN pg_namespace n ON n.oid = c.relnamespace WHERE n.nspname = $1 AND c.relname = 'detections'";
         let asked = sqlx::query_as(VIEW).bind(&self.schema).fetch_optional(&mut self.connection);
         let there: Option<(String, String)> = patiently(asked).await?;
-        // A table of that name is a person's own.
-        if there.as_ref().is_some_and(|(kind, _)| kind != "v") {
+        // A table of that name is a person's own, and so is a view without Lutra's comment.
+        if let Some((kind, comment)) = &there
+            && (kind != "v" || !comment.starts_with(views::OWN))
+        {
+            tracing::warn!(
+                "PostgreSQL: Lutra did not make {}.detections, so it stays as it is; rename it, and the next connection makes the \
+                 view of detections",
+                self.schema
+            );
             return Ok(());
         }
         for postgis in [postgis, None].into_iter().skip(usize::from(postgis.is_none())) {
