@@ -322,7 +322,7 @@ async fn a_route_by_an_objective_stands_beside_the_shortest_and_costs_no_more() 
         (json!({"zones": [{"kind": "limit", "corners": all}]}), "zones[0]: most_mps is missing"),
         (
             json!({"zones": [{"kind": "avoid", "corners": all, "most_mps": 1}]}),
-            "zones[0]: most_mps is of areas",
+            "zones[0]: most_mps belongs to areas",
         ),
     ] {
         let (status, body) = route(&shore, &token, &ask(bad)).await;

@@ -101,14 +101,14 @@ async fn what_is_no_log_is_refused_with_the_remedy() {
     let garbage: Vec<u8> =
         (0..3_000_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
     for (body, remedy) in [
-        (b"%PDF-1.7 no log".to_vec(), "no IMC log"),
+        (b"%PDF-1.7 no log".to_vec(), "not an IMC log"),
         (b"PK\x03\x04zip".to_vec(), "zip archive"),
         (b"BZh91AY".to_vec(), "bunzip2"),
         (Vec::new(), "empty"),
-        (gzip(b"<html>no log</html>"), "no IMC log"),
-        (gzip(&vec![0; 30 << 20]), "no IMC log"),
-        (vec![0x1F, 0x8B, 8, 0, 1, 2, 3], "no IMC log"),
-        (garbage, "no IMC log"),
+        (gzip(b"<html>no log</html>"), "not an IMC log"),
+        (gzip(&vec![0; 30 << 20]), "not an IMC log"),
+        (vec![0x1F, 0x8B, 8, 0, 1, 2, 3], "not an IMC log"),
+        (garbage, "not an IMC log"),
     ] {
         let answer = upload(&shore, &token, "x", body).await;
         assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE, "{remedy}: {}", answer.body);
