@@ -11,10 +11,12 @@ fn a_time_is_milliseconds_or_iso_8601() {
     for (from, to, said) in [
         ("", "1", "from: `` is not a time"),
         ("now-6h", "1", "from: `now-6h` is not a time"),
-        ("1", "-5", "to: `-5` is not a time"),
+        ("1795248000000", "-5", "to: `-5` is not a time"),
+        ("1795248000", "1795251600", "from: `1795248000` is not a time"),
+        ("0", "2026", "to: `2026` is not a time"),
         ("99999999999999999999", "1", "from: `99999999999999999999` is not a time"),
         ("9223372036854775807", "1", "from: `9223372036854775807` is not a time"),
-        ("2", "1", "to: is before `from`"),
+        ("1795248000001", "1795248000000", "to: is before `from`"),
     ] {
         let error = range(from, to).unwrap_err().to_string();
         assert!(error.contains(said), "{from} {to}: {error}");
