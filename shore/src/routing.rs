@@ -1,7 +1,7 @@
 //! Routes on the sea chart for people and programs.
 //!
 //! Planning takes a processor for some milliseconds, for up to a second where water must be prepared first, and for tens of seconds or
-//! minutes where a way is long. So requests have [`turns`], and planning ends when the client goes away.
+//! minutes where a way is long. So requests have turns, and planning ends when the client goes away.
 
 mod turns;
 

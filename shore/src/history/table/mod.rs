@@ -1,7 +1,7 @@
 //! The history as rows with one set of columns, for programs that draw tables: Grafana, notebooks, spreadsheets.
 //!
 //! [`Asked`] is a validated question, [`Asked::rows`] its answer from the same buckets that plots have. [`choices`] lists what can be asked for,
-//! [`detections`] has a row for each detection, [`csv`] writes rows as CSV.
+//! [`detections()`] has a row for each detection, [`csv`] writes rows as CSV.
 
 mod csv;
 mod rows;
