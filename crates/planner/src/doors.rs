@@ -53,7 +53,7 @@ impl Door {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Doors {
     pub(crate) list: Vec<Door>,
-    /// How long the way from each to each is within the tile (m); infinite where there is none.
+    /// How long the way from each to each is within the tile (m); infinite without one.
     lengths_m: Vec<f32>,
     /// Straight parts of what ways keep clear of: the memory that the tile's water takes grows with their number.
     pub(crate) barriers: usize,
@@ -118,7 +118,7 @@ impl Doors {
     }
 }
 
-/// Length of the shortest way between two points of a room, each in a triangle (m); infinite where there is none.
+/// Length of the shortest way between two points of a room, each in a triangle (m); infinite without one.
 pub(crate) fn length_m(
     room: &SeaRoom,
     from: (Point, u32),

@@ -28,7 +28,7 @@ const MIDDLES_TILES: f64 = 8.0;
 const FARTHEST_M: f64 = 640_000.0;
 /// The doors of the tiles that are looked at for one way take no more memory (bytes).
 const MOST_BYTES: usize = 16 << 20;
-/// Half side of the region in which the nearest open water is looked for, around an end that has none (m).
+/// Half side of the region in which the nearest open water is looked for, around an end in closed water (m).
 const LOOK_M: f64 = 20_000.0;
 /// So much longer than the shortest way a way is at most that is called the shortest.
 const AS_SHORT: f64 = 1.001;
@@ -106,7 +106,7 @@ impl<'a> Long<'a> {
             .unwrap_or_else(|| PlanError::Geometry("no open water was found at an end".to_owned()).into()))
     }
 
-    /// The shortest way between two places. Where there is none, adds to the enclosed waters.
+    /// The shortest way between two places. Without one, adds to the enclosed waters.
     fn between(&self, start: Stand, goal: Stand, waters: &mut Vec<BTreeSet<Part>>) -> Result<Route, Refusal> {
         let direct_m = self.direct_m(&start, &goal)?;
         let feet = [self.foot(&start)?, self.foot(&goal)?];

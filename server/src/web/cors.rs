@@ -23,7 +23,7 @@ use std::sync::Arc;
 const SENT: [&str; 6] = ["authorization", "accept", "if-none-match", "if-range", "range", "accept-language"];
 /// Headers of answers that a script may read, beside the few that it always may.
 const READ: &str = "content-disposition, content-range, etag, link, retry-after, x-request-id";
-/// How long a browser need not ask again (s): a page that is no longer allowed is refused soon.
+/// How long a browser may keep the answer to a preflight request (s): short, so that a page that is no longer allowed is soon refused.
 const AGAIN_S: &str = "600";
 
 /// Answers a browser's question whether a script may ask, and marks answers that a script may read.

@@ -69,7 +69,7 @@ pub(super) fn line(action: &'static str, subject: &str) -> Line {
 /// Random bytes.
 ///
 /// # Errors
-/// The kernel gives none.
+/// The kernel gives no random bytes.
 pub(super) fn random<const BYTES: usize>() -> anyhow::Result<[u8; BYTES]> {
     let mut bytes = [0; BYTES];
     getrandom::fill(&mut bytes).context("the kernel gives no randomness")?;

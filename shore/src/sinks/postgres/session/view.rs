@@ -1,4 +1,4 @@
-//! The view of detections in the database: made, and made anew where a later version of Lutra has another definition.
+//! The view of detections in the database: made, and replaced when a later version of Lutra defines it differently.
 
 use super::super::trouble::is_of_columns;
 use super::super::views;
