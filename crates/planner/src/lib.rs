@@ -6,6 +6,24 @@
 //! of any angles in about a millisecond. Every leg is then asked of the depth index, and a way that it does not confirm
 //! is never given.
 //!
+//! How it comes to a route:
+//!
+//! 1. The lines of the depth index are widened by the clearance and cut out of the region, with the borders of [`Zones`];
+//!    for wide clearances the lines that cannot lie at the edge of open water are left out (`outermost`). What is left
+//!    is divided into triangles (`room`), and `rooms` keeps it in memory, up to 80 MiB. It is not kept on disk: a region is ready
+//!    in less than a second, and a file would have to be proved to be of this very chart.
+//! 2. Where a region would hold too much chart, the water is looked at in tiles of 20 km (`tile`). Of each only the openings in
+//!    its borders and the ways between them are kept (`doors`, `known`: 16 MiB). A search over them finds the corridor of
+//!    tiles (`corridor`), whose water is prepared as one room (`long`). The answer says where other water could hold a shorter way,
+//!    and that there is no way only where all water around an end was looked at.
+//! 3. Where an [`Objective`] asks for less time or energy, or prefers water, `weighing` looks over a `lattice` of points for a
+//!    cheaper way; `weighed` takes it only if it costs less than the shortest one. `Route::reckon` alone says what time and energy a
+//!    route takes.
+//! 4. Each leg is asked of the depth index, and so are the arcs of its turns (`turns`). `alternatives` pass what the shortest
+//!    route passes on its other side.
+//! 5. Where there is no route, a smaller depth or clearance that gives one is looked for: first among the chart's lines
+//!    (`walls`, `joining`), then by preparing the least water that could hold a way (`passable`).
+//!
 //! It knows charts, and neither vessels, plans, files nor the clock. It does one thing at a time on the thread that
 //! asks; long work asks [`Cancel`] whether its answer is still wanted.
 //!
