@@ -2,6 +2,7 @@
 
 import json
 import math
+import pathlib
 import sys
 import time
 
@@ -40,7 +41,7 @@ def main():
         search.find_costs([start], [goal])
         return search.traceback(goal)
 
-    print("the same on the same grid, 8 neighbours:")
+    print(f"{pathlib.Path(sys.argv[1]).name}, the same cells, 8 neighbours:")
     measure("scikit-image, MCP_Geometric", spacing_m, by_mcp)
     measure("pyastar2d", spacing_m, lambda: pyastar2d.astar_path(costs, start, goal, allow_diagonal=True))
 

@@ -46,6 +46,7 @@ mod currents;
 mod doors;
 mod joining;
 mod known;
+mod landmarks;
 mod lattice;
 mod long;
 mod mesh;

@@ -127,6 +127,12 @@ impl Rooms {
         Some(used.room)
     }
 
+    /// Water that is kept, in which a search was long and nothing was learned yet.
+    pub(crate) fn to_learn(&self) -> Option<Arc<SeaRoom>> {
+        let kept = self.lock();
+        kept.iter().rev().find(|one| one.room.mesh.learned.is_wanted()).map(|one| Arc::clone(&one.room))
+    }
+
     /// The water for these needs; it is not kept.
     pub(crate) fn prepare(
         &self,

@@ -309,6 +309,17 @@ impl Router {
             .map_or_else(|| Ok(Passable::default()), Search::answer)
     }
 
+    /// Makes searches quicker in water in which one was long, all around headlands and through islands. It takes as long as a
+    /// dozen of these searches, so ask for it when nobody waits for a route. Whether there was something to learn.
+    ///
+    /// # Errors
+    /// When it was called off; it can be asked for again.
+    pub fn learn(&self, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
+        let Some(room) = self.rooms.to_learn() else { return Ok(false) };
+        room.mesh.learned.learn(&room.mesh, cancel)?;
+        Ok(true)
+    }
+
     /// Whether a region larger than the smallest ones is of charts that are too much for it.
     fn is_too_much(&self, square: &Square, needs: &Needs) -> bool {
         let preferred = self.objective.iter().flat_map(|objective| objective.preferred(needs)).flatten();

@@ -4,6 +4,7 @@
 //! search over intervals of sides that are seen from a root, the last point at which the way bends. It finds the
 //! shortest way, whatever its angles. Triangles in bays are left out unless the way begins or ends there.
 
+use crate::landmarks::Towards;
 use crate::mesh::{Mesh, NONE};
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
@@ -16,6 +17,9 @@ const SAME_M: f64 = 1e-6;
 const IN_LINE: f64 = 1e-12;
 /// Steps between two looks at whether the answer is still wanted.
 const STEPS_BETWEEN_LOOKS: usize = 4_096;
+
+/// A search of more intervals, which takes some milliseconds, asks for landmarks.
+const MANY_INTERVALS: usize = 10_000;
 
 /// A point at which a way begins or bends.
 #[derive(Debug, Clone, Copy)]
@@ -68,10 +72,18 @@ impl Effort {
     }
 }
 
+/// Where a way is to end.
+#[derive(Debug)]
+struct Goal<'a> {
+    at: Point,
+    triangle: u32,
+    towards: Towards<'a>,
+}
+
 struct Search<'a> {
     mesh: &'a Mesh,
-    goal: Point,
-    goal_triangle: u32,
+    /// `None` for ways to everywhere.
+    goal: Option<Goal<'a>>,
     /// A side that no way may pass, by its corners.
     closed: Option<[u32; 2]>,
     /// Triangles in bays that may be passed, in order.
@@ -81,6 +93,8 @@ struct Search<'a> {
     best: Vec<u32>,
     /// By corner the length of the shortest way to it that was seen (m).
     seen_m: Vec<f64>,
+    /// By corner what landmarks say of the way to the goal (m), NaN where they were not asked; empty without landmarks.
+    rest_m: Vec<f64>,
     steps: Vec<Step>,
     /// By length, whose bits order like itself.
     heap: BinaryHeap<Reverse<(u64, u32)>>,
@@ -120,26 +134,53 @@ fn search(
     if from_triangle == to_triangle {
         return Ok(Some((vec![from, to], Effort::default())));
     }
-    let mut bays: Vec<u32> = mesh.way_out(from_triangle).chain(mesh.way_out(to_triangle)).collect();
-    bays.sort_unstable();
-    let mut search = Search {
-        mesh,
-        goal: to,
-        goal_triangle: to_triangle,
-        closed,
-        bays,
-        roots: vec![Root { at: from, corner: NONE, before: NONE, length_m: 0.0 }],
-        best: vec![NONE; mesh.points.len()],
-        seen_m: vec![f64::INFINITY; mesh.points.len()],
-        steps: Vec::new(),
-        heap: BinaryHeap::new(),
-        effort: Effort::default(),
-    };
+    let towards = mesh.learned.towards(mesh, to, to_triangle);
+    let mut search = Search::new(mesh, (from, from_triangle));
+    if !towards.is_empty() {
+        search.rest_m = vec![f64::NAN; mesh.points.len()];
+    }
+    search.goal = Some(Goal { at: to, triangle: to_triangle, towards });
+    search.bays.extend(mesh.way_out(to_triangle));
+    search.bays.sort_unstable();
+    search.closed = closed;
     search.begin(from_triangle);
-    search.run(cancel)
+    let arrived = search.run(cancel)?;
+    if search.effort.intervals > MANY_INTERVALS {
+        mesh.learned.ask_for(mesh.piece[from_triangle as usize]);
+    }
+    Ok(arrived.map(|arrived| search.way(arrived)))
 }
 
-impl Search<'_> {
+/// Lengths of the shortest ways from the middle of a triangle to all corners (m); infinite in other pieces of water.
+pub(crate) fn lengths_from(mesh: &Mesh, triangle: u32, cancel: &Cancel<'_>) -> Result<Vec<f64>, PlanError> {
+    let [a, b, c] = mesh.triangle(triangle);
+    let middle = Point { x: (a.x + b.x + c.x) / 3.0, y: (a.y + b.y + c.y) / 3.0 };
+    let mut search = Search::new(mesh, (middle, triangle));
+    search.begin(triangle);
+    search.run(cancel)?;
+    Ok(search.seen_m)
+}
+
+/// A root and the point of the last side by which the goal is reached from it, if it is not seen from there.
+type Arrived = (u32, Option<Point>);
+
+impl<'a> Search<'a> {
+    fn new(mesh: &'a Mesh, (from, triangle): Place) -> Self {
+        Self {
+            mesh,
+            goal: None,
+            closed: None,
+            bays: mesh.way_out(triangle).collect(),
+            roots: vec![Root { at: from, corner: NONE, before: NONE, length_m: 0.0 }],
+            best: vec![NONE; mesh.points.len()],
+            seen_m: vec![f64::INFINITY; mesh.points.len()],
+            rest_m: Vec::new(),
+            steps: Vec::new(),
+            heap: BinaryHeap::new(),
+            effort: Effort::default(),
+        }
+    }
+
     fn begin(&mut self, triangle: u32) {
         let corners = self.mesh.triangle(triangle);
         for side in 0..3 {
@@ -150,13 +191,11 @@ impl Search<'_> {
         }
     }
 
-    fn run(mut self, cancel: &Cancel<'_>) -> Result<Found, PlanError> {
+    /// Until the goal is reached, or all water is.
+    fn run(&mut self, cancel: &Cancel<'_>) -> Result<Option<Arrived>, PlanError> {
         while let Some(Reverse((_, step))) = self.heap.pop() {
             match self.steps[step as usize] {
-                Step::Arrive { root, by } => {
-                    self.effort.waiting = self.steps.len();
-                    return Ok(Some((self.way(root, by), self.effort)));
-                }
+                Step::Arrive { root, by } => return Ok(Some((root, by))),
                 Step::Through(interval) => self.follow(interval),
             }
             if self.effort.intervals.is_multiple_of(STEPS_BETWEEN_LOOKS) {
@@ -173,8 +212,10 @@ impl Search<'_> {
             if !self.is_best(interval.root) {
                 return;
             }
-            if interval.triangle == self.goal_triangle {
-                return self.arrive(interval);
+            if let Some(Goal { at, triangle, .. }) = self.goal
+                && triangle == interval.triangle
+            {
+                return self.arrive(interval, at);
             }
             let next = self.expand(interval);
             let mut onward = next.into_iter().flatten();
@@ -287,14 +328,20 @@ impl Search<'_> {
         (right, at_right): (Point, bool),
     ) -> Option<Interval> {
         let beyond = self.mesh.beyond[triangle as usize][side];
-        if beyond == NONE || left.distance_m(right) < SAME_M {
-            return None;
-        }
-        if self.mesh.is_in_bay(beyond) && self.bays.binary_search(&beyond).is_err() {
-            return None;
-        }
         let corners = self.mesh.corners[triangle as usize];
         let ends = (corners[(side + 1) % 3], corners[side]);
+        if beyond == NONE {
+            self.note((ends.0, at_left), left, root);
+            self.note((ends.1, at_right), right, root);
+            return None;
+        }
+        if left.distance_m(right) < SAME_M {
+            return None;
+        }
+        let is_aside = self.goal.is_some() && self.mesh.is_in_bay(beyond);
+        if is_aside && self.bays.binary_search(&beyond).is_err() {
+            return None;
+        }
         if self.closed.is_some_and(|[one, other]| ends == (one, other) || ends == (other, one)) {
             return None;
         }
@@ -310,45 +357,73 @@ impl Search<'_> {
     /// Whether every point of an interval is reached by a shorter way than from this root: to an end of the side, then
     /// along the side. Going along, that way grows at least as fast as the one from the root, so that the far end of
     /// the interval decides. A way straight to the end itself is noted.
-    fn is_shorter_along(
-        &mut self,
-        (end, is_near_end): (u32, bool),
-        near: Point,
-        far: Point,
-        root: u32,
-    ) -> bool {
-        let Root { at: eye, length_m, .. } = self.roots[root as usize];
-        let seen_m = self.seen_m[end as usize];
-        if is_near_end {
-            let straight_m = length_m + eye.distance_m(near);
-            if straight_m < seen_m {
-                self.seen_m[end as usize] = straight_m;
-                return false;
-            }
+    fn is_shorter_along(&mut self, end: (u32, bool), near: Point, far: Point, root: u32) -> bool {
+        if self.note(end, near, root) {
+            return false;
         }
-        let along_m = seen_m + self.mesh.points[end as usize].distance_m(far);
+        let Root { at: eye, length_m, .. } = self.roots[root as usize];
+        let along_m = self.seen_m[end.0 as usize] + self.mesh.points[end.0 as usize].distance_m(far);
         along_m < length_m + eye.distance_m(far) - SAME_M
     }
 
-    fn put(&mut self, interval: Interval) {
-        let root = self.roots[interval.root as usize];
-        let length_m = root.length_m + least_m(root.at, interval.left, interval.right, self.goal);
-        self.push(length_m, Step::Through(interval));
+    /// Notes the way straight from a root to an end of a side, if that is seen; whether it is the shortest so far.
+    fn note(&mut self, (end, is_seen): (u32, bool), at: Point, root: u32) -> bool {
+        let Root { at: eye, length_m, .. } = self.roots[root as usize];
+        let straight_m = length_m + eye.distance_m(at);
+        let is_shortest = is_seen && straight_m < self.seen_m[end as usize];
+        if is_shortest {
+            self.seen_m[end as usize] = straight_m;
+        }
+        is_shortest
     }
 
-    fn arrive(&mut self, interval: Interval) {
+    fn put(&mut self, interval: Interval) {
+        let Root { at: eye, corner: root, length_m, .. } = self.roots[interval.root as usize];
+        let Interval { left, right, triangle, side, .. } = interval;
+        let Some(goal) = self.goal.as_ref().map(|goal| goal.at) else {
+            return self
+                .push(length_m + eye.distance_m(eye.nearest_on(left, right)), Step::Through(interval));
+        };
+        let mut rest_m = least_m(eye, left, right, goal);
+        if !self.rest_m.is_empty() {
+            let corners = self.mesh.corners[triangle as usize];
+            for corner in [corners[side], corners[(side + 1) % 3]] {
+                // Going along the side, the way from the root grows no faster than the way from its end: the far end of the
+                // interval decides.
+                let end = self.mesh.points[corner as usize];
+                let far = if end.distance_m(left) > end.distance_m(right) { left } else { right };
+                rest_m = rest_m.max(eye.distance_m(far) - end.distance_m(far) + self.least_rest_m(corner));
+            }
+            if root != NONE {
+                rest_m = rest_m.max(self.least_rest_m(root));
+            }
+        }
+        self.push(length_m + rest_m, Step::Through(interval));
+    }
+
+    /// No way from a corner to the goal is shorter (m), as far as landmarks say.
+    fn least_rest_m(&mut self, corner: u32) -> f64 {
+        let held_m = self.rest_m[corner as usize];
+        if !held_m.is_nan() {
+            return held_m;
+        }
+        let rest_m = self.goal.as_ref().map_or(0.0, |goal| goal.towards.from_corner_m(corner));
+        self.rest_m[corner as usize] = rest_m;
+        rest_m
+    }
+
+    fn arrive(&mut self, interval: Interval, goal: Point) {
         let root = self.roots[interval.root as usize];
         let Interval { left, right, .. } = interval;
-        let by = if turn(root.at, left, self.goal) > 0.0 {
+        let by = if turn(root.at, left, goal) > 0.0 {
             Some(left)
-        } else if turn(root.at, right, self.goal) < 0.0 {
+        } else if turn(root.at, right, goal) < 0.0 {
             Some(right)
         } else {
             None
         };
         let by = by.filter(|by| by.distance_m(root.at) > SAME_M);
-        let rest_m =
-            by.map_or(root.at.distance_m(self.goal), |by| root.at.distance_m(by) + by.distance_m(self.goal));
+        let rest_m = by.map_or(root.at.distance_m(goal), |by| root.at.distance_m(by) + by.distance_m(goal));
         self.push(root.length_m + rest_m, Step::Arrive { root: interval.root, by });
     }
 
@@ -357,9 +432,8 @@ impl Search<'_> {
         self.heap.push(Reverse((length_m.to_bits(), self.steps.len() as u32 - 1)));
     }
 
-    fn way(&self, root: u32, by: Option<Point>) -> Vec<Point> {
-        let mut way = vec![self.goal];
-        way.extend(by);
+    fn way(&self, (root, by): Arrived) -> (Vec<Point>, Effort) {
+        let mut way: Vec<Point> = self.goal.iter().map(|goal| goal.at).chain(by).collect();
         let mut at = root;
         while at != NONE {
             way.push(self.roots[at as usize].at);
@@ -367,7 +441,7 @@ impl Search<'_> {
         }
         way.reverse();
         way.dedup_by(|one, other| one.distance_m(*other) < SAME_M);
-        way
+        (way, Effort { waiting: self.steps.len(), ..self.effort })
     }
 }
 
