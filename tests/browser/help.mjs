@@ -65,8 +65,8 @@ await inBrowser(async (open) => {
     await halt.or(menu).or(page.getByRole("button", { name: "Help" })).and(page.locator(":focus")).first().waitFor();
   }
 
-  // On the fleet's page, which is about no vessel, the list of vessels to stop opens over it.
-  await page.goto(url);
+  // On a page that is about no vessel the list of those to stop opens over it.
+  await page.goto(`${url}/data`);
   await page.locator('body[data-link="up"]').waitFor();
   await page.keyboard.press("?");
   await search.and(page.locator(":focus")).waitFor();

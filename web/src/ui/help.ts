@@ -43,7 +43,8 @@ function createDialog(): HTMLDialogElement {
   );
   // The browser gives the focus back to where it was, unless that is folded away with the menu by then.
   dialog.addEventListener("close", () => {
-    if (document.activeElement === document.body) document.getElementById("menu-button")?.focus();
+    const at = document.activeElement;
+    if (at === document.body || dialog.contains(at)) document.getElementById("menu-button")?.focus();
   });
   return dialog;
 }
