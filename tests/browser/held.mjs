@@ -25,7 +25,7 @@ await inBrowser(async (open) => {
   const sockets = [];
   page.on("websocket", (socket) => sockets.push(socket.url()));
   await logIn(page, way.url, "nils", password);
-  await page.goto(`${way.url}/vessels/${VESSEL}`);
+  await page.goto(`${way.url}/vessels/${VESSEL}?tab=Control`);
   const live = page.locator('body[data-link="up"]');
   const halt = page.getByRole("button", { name: "STOP otter-1", exact: true });
   const latest = page.locator("#orders .order").first();
@@ -41,6 +41,8 @@ await inBrowser(async (open) => {
   );
   check(!others.length, `by another protocol than ${protocol}: ${others.join(", ")}`);
 
+  // The page's own requests, which it gives up when the link is lost, hold nothing then.
+  await page.waitForLoadState("networkidle");
   // Downloads hold each connection for requests, and the way dies under them and under the live socket. New connections are good.
   way.swallow(true);
   await page.evaluate((count) => {
