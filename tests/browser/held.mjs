@@ -10,7 +10,7 @@ const VESSEL = 0x2810;
 const CONNECTIONS = 6;
 /** From a press on a page whose live socket is dead until the server has it, ms. Silence alone shows that after 2.8 s; where a STOP
  * waits, 1.5 s are enough. */
-const DEAD_MS = 2_500 * BUSY;
+const DEAD_MS = 2_700 * BUSY;
 /** The same on a page that is Live, ms. */
 const LIVE_MS = 1_000 * BUSY;
 
