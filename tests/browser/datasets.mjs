@@ -13,6 +13,11 @@ const fetched = async (page, press) => {
   await press();
   return readFile(await (await saved).path());
 };
+/** In two steps, which are of the page and hold nothing else up. */
+const publish = async (page) => {
+  await page.getByRole("button", { name: "Publish version 1" }).click();
+  await page.getByRole("group", { name: "Publish it? What is published never changes." }).getByRole("button", { name: "Publish version 1" }).click();
+};
 const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
 await inBrowser(async (open) => {
@@ -51,13 +56,12 @@ await inBrowser(async (open) => {
   // What it lacks is said before anything is published.
   const draft = page.getByRole("form", { name: "Draft" });
   await draft.waitFor();
-  page.on("dialog", (dialog) => void dialog.accept());
-  await page.getByRole("button", { name: "Publish version 1" }).click();
+  await publish(page);
   await page.getByText("a citation names who publishes it: write the institution").waitFor();
   await draft.getByLabel("Publisher, the institution").fill("NTNU");
   await draft.getByRole("button", { name: "Save the draft" }).click();
   await page.getByText("Saved.", { exact: true }).waitFor();
-  await page.getByRole("button", { name: "Publish version 1" }).click();
+  await publish(page);
   const version = page.getByRole("region", { name: "Version 1" });
   await version.getByText(/^Nordmann, Kari; Hansen, Ola \(\d{4}\): Salmon in the fjord\. Version 1\. NTNU\. Dataset\. https:\/\/doi\.org\/10\.5281\/zenodo\.1234$/).waitFor();
   await page.getByText(/^Checked .*: the archive gives exactly these bytes\.$/).waitFor();
@@ -112,6 +116,7 @@ await inBrowser(async (open) => {
   await page.getByText(/downloaded: detections\.csv, from 127\.0\.0\.1/).waitFor();
   await look(page, "dataset-uses");
   await page.getByRole("button", { name: "Revoke the link for Ola at IMR" }).click();
+  await page.getByRole("group", { name: "Revoke the link for Ola at IMR? It stops working at once." }).getByRole("button", { name: "Revoke" }).click();
   await page.getByRole("cell", { name: "revoked" }).waitFor();
   await other.reload();
   await other.getByRole("heading", { name: "This link was revoked" }).waitFor();

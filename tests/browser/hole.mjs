@@ -4,7 +4,7 @@ import { connect, createServer } from "node:net";
 
 /** A way to `target`, an address of a server, from a port or any; `swallow(true)` makes it swallow, and what was open then stays dead for good. */
 export async function wayTo(target, from = 0) {
-  const { hostname, port } = new URL(target);
+  const { protocol, hostname, port } = new URL(target);
   const open = new Set();
   let swallows = false;
   const server = createServer((near) => {
@@ -27,7 +27,7 @@ export async function wayTo(target, from = 0) {
   });
   await new Promise((done) => server.listen(from, "127.0.0.1", done));
   return {
-    url: `http://127.0.0.1:${server.address().port}`,
+    url: `${protocol}//127.0.0.1:${server.address().port}`,
     swallow(is) {
       swallows = is;
       if (is) for (const one of open) one.dead = true;

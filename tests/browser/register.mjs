@@ -56,7 +56,18 @@ await inBrowser(async (open) => {
   // What another refers to is not deleted, and why is told.
   await page.getByRole("navigation", { name: "Kinds of entries" }).getByRole("link", { name: "Animals" }).click();
   await page.getByRole("button", { name: "Change Salmon 12" }).click();
-  page.once("dialog", (dialog) => void dialog.accept());
+  const question = page.getByRole("group", { name: "Delete Salmon 12 from the register?" });
   await page.getByRole("button", { name: "Delete", exact: true }).click();
+  await question.getByText("Delete Salmon 12 from the register?").and(page.locator(":focus")).waitFor();
+  // It is the page's own: STOP works while it stands.
+  await page.keyboard.press("Control+.");
+  await page.locator("#stop details[open] button").first().waitFor();
+  await page.locator("#stop summary").click();
+  await page.keyboard.press("Escape");
+  await question.getByRole("button", { name: "Cancel" }).click();
+  await question.waitFor({ state: "hidden" });
+  await page.getByRole("button", { name: "Delete", exact: true }).and(page.locator(":focus")).waitFor();
+  await page.keyboard.press("Enter");
+  await question.getByRole("button", { name: "Delete" }).click();
   await page.getByText(/tag `S256-101`: no animal is called `Salmon 12`/).waitFor();
 });

@@ -68,9 +68,6 @@ pub struct Http {
     pub origins: Vec<String>,
     /// Origins of other web pages, such as notebooks, that may read the API with a token; `*` alone for all. Never with a session.
     pub cors_origins: Vec<String>,
-    /// Whether clients that offer HTTP/2 over TLS get it. By HTTP/1.1 a page has a connection to spare for STOP when another one
-    /// is dead; by HTTP/2 it has the live socket alone beside the one of all other requests.
-    pub http2: bool,
     /// Connections open at once, WebSockets too, a quarter of them from one address; more wait in the kernel.
     pub max_connections: usize,
     /// MiB of an uploaded log at most.
@@ -179,7 +176,6 @@ impl Default for Http {
             trusted_proxies: Vec::new(),
             origins: Vec::new(),
             cors_origins: Vec::new(),
-            http2: false,
             max_connections: 1024,
             max_upload_mib: 2048,
             max_unpacked_mib: 16_384,

@@ -5,7 +5,7 @@ use crate::backups::Watched;
 use crate::config::Config;
 use crate::pages::Manual;
 use crate::serve::{self, router};
-use crate::web::{Kind, Need, exchange::Peer};
+use crate::web::{Kind, Need, peer::Peer};
 use api::{AuditEntry, Role};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};

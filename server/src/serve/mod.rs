@@ -91,7 +91,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
 pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     shore::folder::check(&config.data)?;
     let keeper = if config.tls.is_given() { Some(Keeper::open(&config.tls)?) } else { None };
-    let tls = keeper.as_ref().map(|keeper| keeper.acceptor(config.http.http2)).transpose()?;
+    let tls = keeper.as_ref().map(Keeper::acceptor).transpose()?;
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
             "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",

@@ -1,8 +1,8 @@
 //! The table of all routes, and the router made from it.
 
 use crate::AppState;
-use crate::web::exchange::Peer;
 use crate::web::guard::{RouteContext, guard};
+use crate::web::peer::Peer;
 use crate::web::{
     ApiError, Kind, Need, Remote, Route, cors, headers, identify, language, measure, slow_bodies,
 };

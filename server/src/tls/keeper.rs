@@ -6,7 +6,6 @@
 
 use super::pair::Pair;
 use crate::config::Tls;
-use crate::web::http2;
 use anyhow::bail;
 use operations::alarms::CertificateState;
 use rustls::ServerConfig;
@@ -62,20 +61,17 @@ impl Keeper {
         Ok(Arc::new(Self { tls: tls.clone(), held: Mutex::new(held) }))
     }
 
-    /// The TLS acceptor, which uses the current pair for each connection, and offers HTTP/2 only if it is wanted.
+    /// The TLS acceptor, which uses the current pair for each connection.
     ///
     /// # Errors
     /// Never with the versions of TLS that rustls has.
-    pub(crate) fn acceptor(self: &Arc<Self>, http2: bool) -> anyhow::Result<TlsAcceptor> {
+    pub(crate) fn acceptor(self: &Arc<Self>) -> anyhow::Result<TlsAcceptor> {
         let provider = Arc::new(rustls::crypto::ring::default_provider());
         let mut config = ServerConfig::builder_with_provider(provider)
             .with_safe_default_protocol_versions()?
             .with_no_client_auth()
             .with_cert_resolver(self.clone());
         config.alpn_protocols = vec![b"http/1.1".to_vec()];
-        if http2 {
-            config.alpn_protocols.insert(0, http2::ALPN.to_vec());
-        }
         Ok(TlsAcceptor::from(Arc::new(config)))
     }
 

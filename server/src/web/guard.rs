@@ -2,8 +2,8 @@
 
 use super::csrf;
 use super::error::ApiError;
-use super::exchange::Peer;
 use super::language;
+use super::peer::Peer;
 use super::remote::Remote;
 use super::route::{Kind, Need};
 use crate::AppState;

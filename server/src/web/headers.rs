@@ -4,7 +4,7 @@
 //! person that reaches a page unescaped by mistake is not executed. One function adds them all: tower-http needs a layer
 //! for each and has none for those that depend on the request.
 
-use super::exchange::Peer;
+use super::peer::Peer;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::middleware::Next;

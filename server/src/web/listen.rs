@@ -1,18 +1,17 @@
-//! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until stopped; HTTP/2 where the TLS handshake agreed on
-//! it ([`super::http2`]).
+//! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until stopped. HTTP/2 is deliberately absent: by it a
+//! browser puts all requests on one connection, and STOP waits behind downloads or hangs with them; by HTTP/1.1 the pages keep
+//! a connection for STOP.
 //!
 //! The number of open connections is limited ([`super::connections`]); further ones wait in the kernel's queue. A peer that
 //! does not complete its TLS handshake or its request's head in ten seconds is dropped.
 
 use super::connections::{Placed, Places};
-use super::exchange::{HEAD_BYTES, Peer, answer};
-use super::http2;
+use super::peer::Peer;
 use axum::Router;
 use axum::body::Body;
 use axum::http::Request;
 use hyper::body::Incoming;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use std::convert::Infallible;
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -20,7 +19,10 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
+use tower::ServiceExt as _;
 
+/// Most bytes of a request's head.
+const HEAD_BYTES: usize = 32 * 1024;
 /// How long a peer may take for its handshake, and again for a request's head.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long requests that are being answered may take to end once the server stops.
@@ -95,11 +97,7 @@ async fn shake_hands(
     match tokio::time::timeout(HEAD_TIMEOUT, tls.accept(stream)).await {
         Ok(Ok(stream)) => {
             let peer = Peer { address, encrypted: true };
-            if stream.get_ref().1.alpn_protocol() == Some(http2::ALPN) {
-                tell_end(peer, http2::converse(stream, peer, router, stop).await);
-            } else {
-                converse(stream, peer, router, stop).await;
-            }
+            converse(stream, peer, router, stop).await;
         }
         Ok(Err(error)) => tracing::debug!(%address, %error, "no TLS handshake"),
         Err(_) => tracing::debug!(%address, "TLS handshake took too long"),
@@ -112,8 +110,7 @@ where
 {
     let service = hyper::service::service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(peer);
-        let router = router.clone();
-        async move { Ok::<_, Infallible>(answer(router, request.map(Body::new)).await) }
+        router.clone().oneshot(request.map(Body::new))
     });
     let connection = hyper::server::conn::http1::Builder::new()
         .timer(TokioTimer::new())
@@ -129,10 +126,6 @@ where
             connection.await
         }
     };
-    tell_end(peer, outcome);
-}
-
-fn tell_end(peer: Peer, outcome: hyper::Result<()>) {
     if let Err(error) = outcome {
         tracing::debug!(address = %peer.address, %error, "connection ended");
     }

@@ -1,6 +1,6 @@
 //! The origin of a request, determined through trusted reverse proxies.
 
-use super::exchange::Peer;
+use super::peer::Peer;
 use crate::config::Http;
 use axum::extract::FromRequestParts;
 use axum::http::HeaderMap;

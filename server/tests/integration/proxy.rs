@@ -2,7 +2,7 @@
 
 use crate::support::ashore::archived_bytes;
 use crate::support::program::{
-    Agent, Process, SERVER, Server, add_admin, agent_program, link_token, run, until,
+    Agent, Process, SERVER, Server, add_admin, agent_program, link_token, run, script_token, until,
 };
 use crate::support::trusting::Trusting;
 use std::io::{Read as _, Write as _};
@@ -75,7 +75,7 @@ async fn behind_nginx_pages_sockets_and_uploads_work_and_the_last_address_counts
     std::fs::create_dir(&aboard).unwrap();
     add_admin(&data, "nils", "seven small boats");
     let token = link_token(&data, "otter-1", "0x2810");
-    let script = run(&data, &["token", "create", "--person", "nils", "--role", "admin"]).trim().to_owned();
+    let script = script_token(&data);
     run(&data, &["tls", "init", "--name", NAME, "--name", "127.0.0.1"]);
     let origin = format!("http.origins=https://{NAME}");
     let settings = ["--set", "http.trusted_proxies=127.0.0.1", "--set", &origin];
@@ -131,6 +131,34 @@ async fn behind_nginx_pages_sockets_and_uploads_work_and_the_last_address_counts
     let before = archived_bytes(&data);
     let _agent = Agent::start_encrypted(&program, &aboard, encrypted, &token, &data.join("tls/ca.pem"));
     until("ashore through nginx", || (archived_bytes(&data) > before).then_some(())).await;
+    server.process.terminate();
+}
+
+/// By HTTP/2 a browser puts all requests on one connection. While that one is dead STOP goes by the live socket, which nginx
+/// leaves on a connection of its own.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn stop_gets_through_in_a_browser_whose_connection_to_nginx_hangs() {
+    let Some(program) = agent_program() else { return };
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, aboard) = (scratch.path().join("data"), scratch.path().join("aboard"));
+    std::fs::create_dir(&aboard).unwrap();
+    add_admin(&data, "nils", "seven small boats");
+    let token = link_token(&data, "otter-1", "0x2810");
+    let script = script_token(&data);
+    run(&data, &["tls", "init", "--name", NAME, "--name", "127.0.0.1"]);
+    // The browser's way to nginx has a port of its own, which its origin names.
+    let way = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let origin = format!("http.origins=https://127.0.0.1:{way}");
+    let settings = ["--set", "http.trusted_proxies=127.0.0.1", "--set", &origin];
+    let mut server = Server::start_by(Command::new(SERVER), &data, "127.0.0.1:0", &settings);
+    let Some((_nginx, [_, encrypted])) = nginx(scratch.path(), server.web) else { return };
+    until("nginx listens", || std::net::TcpStream::connect(encrypted).ok()).await;
+    let _agent = Agent::start_encrypted(&program, &aboard, encrypted, &token, &data.join("tls/ca.pem"));
+    let (url, way) = (format!("https://127.0.0.1:{}", encrypted.port()), way.to_string());
+    testkit::browser::run("held.mjs", &[&url, &way, &script, "seven small boats", "h2"], |_| {});
     server.process.terminate();
 }
 

@@ -2,7 +2,7 @@
 
 use crate::support::ashore::archived_bytes;
 use crate::support::program::{
-    Agent, Line, Process, SERVER, Server, add_admin, agent_program, link_token, run, until,
+    Agent, Line, Process, SERVER, Server, add_admin, agent_program, link_token, run, script_token, until,
 };
 use crate::support::trusting::{Trusting, ask_on};
 use std::fs;
@@ -10,22 +10,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// A server with a certificate that its own authority made for this computer.
-const HTTP2: [&str; 2] = ["--set", "http.http2=true"];
-
 fn serve(data: &Path) -> Server {
-    serve_with(data, &[])
-}
-
-fn serve_with(data: &Path, more: &[&str]) -> Server {
     let made = run(data, &["tls", "init", "--name", "127.0.0.1", "--name", "localhost"]);
     let config = data.join("server.toml");
     fs::write(&config, made).unwrap();
-    Server::start_by(
-        Command::new(SERVER),
-        data,
-        "127.0.0.1:0",
-        &[&["--config", config.to_str().unwrap()], more].concat(),
-    )
+    Server::start_by(Command::new(SERVER), data, "127.0.0.1:0", &["--config", config.to_str().unwrap()])
 }
 
 fn hang_up(process: &Process) {
@@ -114,49 +103,21 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     server.process.terminate();
 }
 
-/// As browsers do where it is wanted: requests by HTTP/2, the live socket on a connection by HTTP/1.1 alone. Clients that offer neither, such as
-/// vessels, get HTTP/1.1.
+/// A browser that offers HTTP/2 gets HTTP/1.1, whose connections the pages share so that one is free for STOP.
 #[test]
-fn an_encrypted_server_speaks_http2_to_who_offers_it_and_sockets_stay_with_http1() {
+fn an_encrypted_server_speaks_http1_alone() {
     let scratch = tempfile::tempdir().unwrap();
-    let offered = ["h2", "http/1.1"];
-    let plain = scratch.path().join("plain");
-    let mut server = serve(&plain);
-    let chosen = Trusting::new(&plain.join("tls/ca.pem")).protocol(server.web, "localhost", &offered);
-    assert_eq!(chosen.as_deref(), Some("http/1.1"), "HTTP/2 only where it is wanted");
-    server.process.terminate();
     let data = scratch.path().join("data");
-    let mut server = serve_with(&data, &HTTP2);
-    let authority = data.join("tls/ca.pem");
-    let ours = Trusting::new(&authority);
+    let mut server = serve(&data);
+    let ours = Trusting::new(&data.join("tls/ca.pem"));
     let chosen = |offered: &[&str]| ours.protocol(server.web, "localhost", offered);
-    assert_eq!(chosen(&offered).as_deref(), Some("h2"));
-    assert_eq!(chosen(&["http/1.1"]).as_deref(), Some("http/1.1"));
+    assert_eq!(chosen(&["h2", "http/1.1"]).as_deref(), Some("http/1.1"));
     assert_eq!(chosen(&[]), None);
-    let mut kept = ours.connect(server.web, "localhost").unwrap();
-    assert_eq!(ask_on(&mut kept, "/readyz"), "200");
-    let upgrade = "GET /api/live HTTP/1.1\r\nupgrade: websocket\r\nconnection: upgrade\r\nsec-websocket-version: 13\r\n\
-                   sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
-    let (head, _) = ours.ask(server.web, "localhost", upgrade, b"").unwrap();
-    assert!(head.contains("401"), "it is asked who it is, as before: {head}");
-    // With a real client, where there is one that knows HTTP/2.
-    let curl = |arguments: &[&str]| {
-        let mut command = Command::new("curl");
-        command.args(["--silent", "--cacert"]).arg(&authority).args(arguments);
-        command.arg(format!("https://localhost:{}/readyz", server.web.port()));
-        String::from_utf8(command.output().unwrap().stdout).unwrap()
-    };
-    let knows = Command::new("curl").arg("--version").output();
-    if knows.is_ok_and(|about| String::from_utf8_lossy(&about.stdout).contains("HTTP2")) {
-        let told = ["--output", "/dev/null", "--write-out", "%{http_version} %{http_code}"];
-        assert_eq!(curl(&told), "2 200");
-        assert_eq!(curl(&[&told[..], &["--http1.1"]].concat()), "1.1 200");
-    }
     server.process.terminate();
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pages_come_by_http2_in_a_browser_and_the_vessel_is_live() {
+async fn stop_gets_through_in_a_browser_whose_connections_all_hang() {
     let Some(program) = agent_program() else { return };
     if !testkit::browser::is_there() {
         return;
@@ -167,11 +128,11 @@ async fn pages_come_by_http2_in_a_browser_and_the_vessel_is_live() {
     fs::create_dir(&aboard).unwrap();
     let token = link_token(&data, "otter-1", "0x2810");
     add_admin(&data, "nils", "seven small boats");
-    let mut server = serve_with(&data, &HTTP2);
-    let authority = data.join("tls/ca.pem");
-    let _agent = Agent::start_encrypted(&program, &aboard, server.web, &token, &authority);
+    let script = script_token(&data);
+    let mut server = serve(&data);
+    let _agent = Agent::start_encrypted(&program, &aboard, server.web, &token, &data.join("tls/ca.pem"));
     let url = format!("https://127.0.0.1:{}", server.web.port());
-    testkit::browser::run("encrypted.mjs", &[&url, "nils", "seven small boats"], |_| {});
+    testkit::browser::run("held.mjs", &[&url, "0", &script, "seven small boats", "http/1.1"], |_| {});
     server.process.terminate();
 }
 

@@ -13,7 +13,7 @@ const SILENCE_MS = 2_800;
 const BEGIN_MS = 10_000;
 /** How often it is looked whether the computer slept, ms. */
 const LOOK_MS = 250;
-/** Who stops a vessel does not wait so long for a connection that does not begin. */
+/** A stop does not wait so long for a connection that does not begin, or for one that says nothing after the stop was sent by it. */
 const HURRY_MS = 1_500;
 /** The server says within this whether somebody is still logged in, ms. */
 const LOGIN_MS = 8_000;
@@ -75,8 +75,15 @@ export class Live {
   stop(stop: LiveStop): void {
     const untilMs = this.stops.get(stop.key)?.untilMs ?? Date.now() + STOP_WANTED_MS;
     this.stops.set(stop.key, { stop, untilMs });
-    if (this.socket?.readyState === WebSocket.OPEN) this.say({ stop });
-    else this.hurry();
+    if (this.socket?.readyState !== WebSocket.OPEN) return this.hurry();
+    this.say({ stop });
+    const [socket, saidMs] = [this.socket, performance.now()];
+    window.setTimeout(() => {
+      if (socket !== this.socket || !this.stops.has(stop.key) || (this.heardMs ?? 0) > saidMs) return;
+      // Most likely it is dead, and the silence that shows it for certain is too long for a stop.
+      this.again();
+      this.hurry();
+    }, HURRY_MS);
   }
 
   /** A stop needs no answer by this way any more. */

@@ -11,6 +11,7 @@ import type { Wrong } from "../state/notes";
 import { utc } from "../ui/format";
 import { t, tn } from "../words/words";
 import { Field, FormEnd, type Marks, useSent } from "./sentform";
+import { TwoStep } from "./twostep";
 import { WhenField } from "./when";
 
 /** The server counts and hashes what a link gives before it answers, ms. */
@@ -41,8 +42,7 @@ class Links {
     }
   };
 
-  readonly revoke = async ({ id, label }: DatasetShare): Promise<void> => {
-    if (!window.confirm(t("Revoke the link for {name}? It stops working at once.", { name: label }))) return;
+  readonly revoke = async ({ id }: DatasetShare): Promise<void> => {
     this.trouble.value = "";
     try {
       await deleteAt(`${this.way}/${id}`, PATIENCE_MS);
@@ -152,7 +152,7 @@ function Table({ links, all }: { readonly links: Links; readonly all: readonly D
               <td>{tn(one.views, "1 view", "{n} views")}, {tn(one.downloads, "1 download", "{n} downloads")}{one.used_us === null ? "" : ` (${utc(one.used_us)})`}</td>
               <td class="row">
                 <button type="button" aria-expanded={links.shown.value === one.id} aria-label={t("Uses of the link for {name}", { name: one.label })} onClick={() => links.look(one.id)}>{t("Uses")}</button>
-                {!one.revoked && <button type="button" class="danger" aria-label={t("Revoke the link for {name}", { name: one.label })} onClick={() => void links.revoke(one)}>{t("Revoke")}</button>}
+                {!one.revoked && <TwoStep word={t("Revoke")} label={t("Revoke the link for {name}", { name: one.label })} kind="danger" question={t("Revoke the link for {name}? It stops working at once.", { name: one.label })} act={() => void links.revoke(one)} />}
               </td>
             </tr>,
             links.shown.value === one.id && <tr key={`${one.id} uses`}><td colSpan={6}><Uses links={links} /></td></tr>,

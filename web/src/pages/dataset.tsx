@@ -8,6 +8,7 @@ import { resource } from "../api/resource";
 import type { Dataset, DatasetCheck, DatasetVersion, Recorded, RegisterAnswer } from "../api/types.gen";
 import { DatasetForm } from "../components/datasetform";
 import { DatasetShares } from "../components/datasetshares";
+import { TwoStep } from "../components/twostep";
 import { draftOf, type Fields, fieldsOf, LICENCES, placeWords, queryWords, stateWord, timeWords, wrongOfWords } from "../state/datasets";
 import { flagWord } from "../state/flags";
 import type { Wrong } from "../state/notes";
@@ -65,7 +66,6 @@ class Page {
   readonly step = async (what: "publish" | "versions"): Promise<void> => {
     const { value } = this.dataset.value;
     if (!value || this.busy.value) return;
-    if (what === "publish" && !window.confirm(t("Publish it? What is published never changes."))) return;
     await this.tell(`${this.way}/${what}`, { revision: value.revision });
     if (what === "publish" && !this.trouble.value) this.number.value = 0;
   };
@@ -97,7 +97,7 @@ function Draft({ page, dataset }: { readonly page: Page; readonly dataset: Datas
       <h2>{t("Draft of version {n}", { n: next })}</h2>
       {page.register.value.value && page.recorded.value.value && <DatasetForm first={fieldsOf(draft)} label={t("Draft")} {...choosableOf(page.register.value.value, page.recorded.value.value, page.names)} send={page.save} />}
       <p role="status">{page.saved.value ? t("Saved.") : ""}</p>
-      <p class="row"><button type="button" class="main" aria-disabled={page.busy.value} onClick={() => void page.step("publish")}>{t("Publish version {n}", { n: next })}</button><span role="status">{page.busy.value ? t("Counting and hashing …") : ""}</span></p>
+      <div class="row"><TwoStep word={t("Publish version {n}", { n: next })} kind="main" question={t("Publish it? What is published never changes.")} busy={page.busy.value} act={() => void page.step("publish")} /><span role="status">{page.busy.value ? t("Counting and hashing …") : ""}</span></div>
       <p class="dim">{t("Publishing takes the draft as it was saved. It freezes the question, counts the detections and computes the SHA-256 of the CSV.")}</p>
     </section>
   );

@@ -7,6 +7,7 @@ import { resource } from "../api/resource";
 import type { Recorded, RegisterAnswer, RegisterEntry, RegisterKind } from "../api/types.gen";
 import { RegisterForm } from "../components/registerform";
 import { RegisterImport } from "../components/registerimport";
+import { TwoStep } from "../components/twostep";
 import { fieldOf, type Wrong } from "../state/notes";
 import { addWord, type Draft, emptyWord, FIELDS, KINDS, kindsWord, nameOf, recordOf, shownOf } from "../state/register";
 import { createChrome } from "../ui/chrome";
@@ -48,8 +49,7 @@ class Page {
     return undefined;
   };
 
-  readonly remove = async ({ id, revision, record }: RegisterEntry): Promise<void> => {
-    if (!window.confirm(t("Delete {name} from the register?", { name: nameOf(record) }))) return;
+  readonly remove = async ({ id, revision }: RegisterEntry): Promise<void> => {
     this.trouble.value = "";
     try {
       await deleteAt(`/api/v1/register/${id}?revision=${revision}`, PATIENCE_MS);
@@ -102,7 +102,7 @@ function Above({ page, may, vessels }: { readonly page: Page; readonly may: bool
       <section>
         <h2>{label}</h2>
         <RegisterForm key={entry?.id ?? "new"} kind={kind} entry={entry} entries={page.all} vessels={vessels} label={label} send={(draft) => page.send(draft, entry)} cancel={page.close} />
-        {entry && <p><button type="button" class="danger" onClick={() => void page.remove(entry)}>{t("Delete")}</button></p>}
+        {entry && <div class="row"><TwoStep word={t("Delete")} kind="danger" question={t("Delete {name} from the register?", { name: nameOf(entry.record) })} act={() => void page.remove(entry)} /></div>}
       </section>
     );
   }

@@ -19,6 +19,8 @@ export function fillHelp(dialog: HTMLDialogElement): void {
     none.hidden = [...terms, ...keys].some(({ row }) => !row.hidden);
   });
   const close = make("button", { type: "button" }, t("Close"));
+  // While it was read the person may have gone elsewhere, such as to STOP.
+  const isHere = dialog.contains(document.activeElement);
   dialog.replaceChildren(
     make("div", { class: "row" }, make("h2", { id: "help-title" }, t("Help")), search, close),
     make("p", {}, make("a", { href: "/help" }, t("The manual: guides, and what to do about each alarm"))),
@@ -26,5 +28,5 @@ export function fillHelp(dialog: HTMLDialogElement): void {
     make("h3", {}, t("Keys on this page")), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
     make("h3", {}, t("Words")), make("dl", {}, ...terms.map(({ row }) => row)));
   close.addEventListener("click", () => dialog.close());
-  if (dialog.open) search.focus();
+  if (isHere) search.focus();
 }

@@ -55,6 +55,11 @@ pub(crate) fn add_admin(data: &Path, name: &str, password: &str) {
     assert!(child.wait().unwrap().success());
 }
 
+/// A token for scripts, of the admin `nils`.
+pub(crate) fn script_token(data: &Path) -> String {
+    run(data, &["token", "create", "--person", "nils", "--role", "admin"]).trim().to_owned()
+}
+
 /// A process that ends with the test.
 pub(crate) struct Process(pub(crate) Child);
 
