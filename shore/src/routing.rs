@@ -76,11 +76,22 @@ impl Routing {
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
         // After its client has gone, a planner runs for another moment: until then its turn is taken.
-        slow(move || {
+        let asked = Arc::clone(&set);
+        let answer = slow(move || {
             let _taken = taken;
-            question.answer(&set, &|| wanted.load(Ordering::Relaxed))
+            question.answer(&asked, &|| wanted.load(Ordering::Relaxed))
         })
-        .await
+        .await;
+        self.learn(set);
+        answer
+    }
+
+    /// Makes the next routes quicker where a search was long, while nobody waits for a route.
+    fn learn(&self, set: Arc<Set>) {
+        if let Some(spare) = self.turns.spare() {
+            // Called off, it is tried again after the next route.
+            tokio::task::spawn_blocking(move || set.router.learn(&Cancel::unless(&|| spare.is_spare())));
+        }
     }
 }
 

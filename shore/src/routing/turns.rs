@@ -33,6 +33,19 @@ pub(super) struct Taken {
     _working: OwnedSemaphorePermit,
 }
 
+/// A turn that nobody asked for, until it is dropped.
+pub(super) struct Spare {
+    _working: OwnedSemaphorePermit,
+    working: Arc<Semaphore>,
+}
+
+impl Spare {
+    /// Whether the next request would still begin at once.
+    pub(super) fn is_spare(&self) -> bool {
+        self.working.available_permits() > 0
+    }
+}
+
 impl Default for Turns {
     fn default() -> Self {
         let of = |count: usize| Arc::new(Semaphore::new(count));
@@ -58,6 +71,13 @@ impl Turns {
         let long = if is_long { Some([place(&self.long_places)?, acquire(&self.long).await?]) } else { None };
         let place = place(&self.places)?;
         Ok(Taken { _place: place, _long: long, _working: acquire(&self.working).await? })
+    }
+
+    /// A turn for work of our own, while no request is worked on.
+    pub(super) fn spare(&self) -> Option<Spare> {
+        let is_idle = self.working.available_permits() == AT_ONCE;
+        let turn = is_idle.then(|| Arc::clone(&self.working).try_acquire_owned().ok()).flatten()?;
+        Some(Spare { _working: turn, working: Arc::clone(&self.working) })
     }
 }
 
@@ -106,6 +126,19 @@ mod tests {
             assert!(matches!(refused, Poll::Ready(Err(_))), "further long ones are refused");
         }
         assert!(at_once(pin!(turns.take(false))).is_some(), "a short one still has a place");
+    }
+
+    #[test]
+    fn own_work_begins_while_nothing_is_asked_and_is_called_off_by_the_next() {
+        let turns = Turns::default();
+        let asked = at_once(pin!(turns.take(false))).unwrap();
+        assert!(turns.spare().is_none());
+        drop(asked);
+        let spare = turns.spare().unwrap();
+        assert!(turns.spare().is_none(), "one at a time");
+        assert!(spare.is_spare());
+        let _asked = at_once(pin!(turns.take(false))).unwrap();
+        assert!(!spare.is_spare());
     }
 
     #[test]

