@@ -67,13 +67,11 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
 
 /// Writes the files of the VPN after a vessel's new key, and ends a key that it has by the other kind of VPN.
 fn put_in_force(files: &Files, fleet: &Fleet, name: &str, now: UtcTime) -> anyhow::Result<()> {
-    vpn::of(fleet.vpn.kind.other(), files).forget(name, now)?;
-    let left = Leftover::look(files, fleet.vpn.kind)?;
-    left.remove_files()?;
     if write_vpn(files, fleet)?.whole()? {
         tell_next(fleet.vpn.kind, files)?;
     }
-    Ok(())
+    vpn::of(fleet.vpn.kind.other(), files).forget(name, now)?;
+    Leftover::look(files, fleet.vpn.kind)?.remove_files()
 }
 
 /// `lutra-server fleet revoke`.
@@ -94,7 +92,6 @@ pub(super) fn revoke(common: &Common, name: &str, place: &Place) -> anyhow::Resu
 /// Brings the files of the VPN up to date after a vessel was revoked. Returns what is damaged, of other vessels too.
 fn update(files: &Files, name: &str) -> anyhow::Result<Vec<String>> {
     let fleet = state::applied(files)?;
-    Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
     let written = write_vpn(files, &fleet)?;
     if written.changed {
         tell_next(fleet.vpn.kind, files)?;
@@ -104,6 +101,7 @@ fn update(files: &Files, name: &str) -> anyhow::Result<Vec<String>> {
             "{name} is still in the fleet file: the next `fleet apply` makes new access for it, with new secrets"
         );
     }
+    Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
     Ok(written.damaged)
 }
 

@@ -84,14 +84,18 @@ impl OpenVpn<'_> {
         Ok(Some(access).filter(|one| is_ours && revoked.iter().all(|other| other.serial != one.serial)))
     }
 
-    /// The text of the list of revoked certificates.
-    fn list(&self) -> anyhow::Result<String> {
+    /// The list of revoked certificates, and its text.
+    fn list(&self) -> anyhow::Result<(Vec<Revoked>, String)> {
         let path = self.revoked_path();
-        files::read(&path)?.with_context(|| {
+        let text = files::read(&path)?.filter(|text| text.trim_end().ends_with("-----END X509 CRL-----"));
+        let revoked = text.as_ref().and_then(|text| {
+            text.lines().filter_map(|line| line.strip_prefix("# ")).map(Revoked::parse).collect()
+        });
+        revoked.zip(text).with_context(|| {
             format!(
-                "{} is not there, and without it certificates that were revoked would be good again: bring it back from a \
-                 backup; without one remove {}, and `lutra-server fleet apply` makes a new authority: every boat then needs a \
-                 new bundle",
+                "{} is damaged or not there, and without it certificates that were revoked would be good again: bring it back \
+                 from a backup; without one remove {}, and `lutra-server fleet apply` makes a new authority: every boat then \
+                 needs a new bundle",
                 path.display(),
                 self.shore_path().display()
             )
@@ -99,11 +103,7 @@ impl OpenVpn<'_> {
     }
 
     fn revoked(&self) -> anyhow::Result<Vec<Revoked>> {
-        let list = self.list()?;
-        list.lines()
-            .filter_map(|line| line.strip_prefix("# "))
-            .map(|line| Revoked::parse(line).with_context(|| files::damaged(&self.revoked_path())))
-            .collect()
+        Ok(self.list()?.0)
     }
 
     /// Writes the list, signed.
@@ -247,7 +247,7 @@ impl Tunnel for OpenVpn<'_> {
         let folder = self.folder();
         let mut texts = vec![
             (folder.join(format!("{INTERFACE}.conf")), openvpn::ashore(fleet, &shore)),
-            (folder.join(openvpn::REVOKED), self.list()?),
+            (folder.join(openvpn::REVOKED), self.list()?.1),
         ];
         let place = |member: &Member| {
             let path = folder.join(openvpn::PLACES).join(&member.name);
