@@ -145,10 +145,13 @@ pub(super) fn firewall(folder: &Path) -> PathBuf {
 fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Vec<Member>, Vec<String>)> {
     let (mut members, mut damaged) = (Vec::new(), Vec::new());
     for vessel in &fleet.vessels {
-        let is_in = tunnel.address(&vessel.name).map(|address| address.is_some()).unwrap_or_else(|error| {
-            damaged.push(format!("{error:#}"));
-            tunnel.knows_by_name()
-        });
+        let is_in = match tunnel.address(&vessel.name) {
+            Ok(address) => address.is_some(),
+            Err(error) => {
+                damaged.push(format!("{error:#}"));
+                tunnel.knows_by_name()
+            }
+        };
         if is_in {
             members.push(Member { name: vessel.name.clone(), address: vessel.vpn_address });
         }
