@@ -214,8 +214,7 @@ impl Count {
 #[test]
 fn a_packet_that_came_twice_or_not_at_all_is_counted() {
     let (vessel, shore) = (Address(0x2810), CONSOLE);
-    let said =
-        |src: Address, time_s: u32| Bytes::from(packet(src, vessel, time_s.into(), PlanControl::default()));
+    let said = |src: Address, time_s: u32| packet(src, vessel, time_s.into(), PlanControl::default());
     let mut spooled = Spooled::default();
     for (number, time_s) in [(3, 1), (4, 2), (5, 3), (6, 4), (7, 5), (8, 1)] {
         spooled.packets.insert(number, said(vessel, time_s));
