@@ -8,7 +8,7 @@ use std::io;
 use std::path::Path;
 
 /// Files of a data folder or a backup.
-const FILES: [&str; 11] = [
+const FILES: [&str; 12] = [
     "app.db",
     "app.db-wal",
     "app.db-shm",
@@ -17,6 +17,7 @@ const FILES: [&str; 11] = [
     "backup.json",
     "backup.json.new",
     "backup.lock",
+    "fleet.lock",
     "imports.json",
     "imports.json.new",
     "lock",

@@ -464,6 +464,16 @@ pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::
     say!(
         "what came after that is not in it: vessels send what they still have, and `import` takes the rest from the old archive"
     );
+    complain!(
+        "access that was taken after that time is good again: before the server starts, revoke the tokens of people that were \
+         revoked since (`lutra-server token list`)"
+    );
+    if data.join("fleet").is_dir() {
+        complain!(
+            "and for each boat that was lost, stolen or rotated since: `lutra-server fleet revoke NAME`, then put the files of the \
+             VPN into force as it says"
+        );
+    }
     for path in &done.made_again {
         complain!("{} was damaged: the server makes it again from the archive", path.display());
     }

@@ -2,7 +2,7 @@
 //! that connects through the tunnel that both set up.
 
 use crate::disk_full::Disk;
-use crate::support::program::{Process, SERVER, Server, agent_program, until};
+use crate::support::program::{Agent, Process, SERVER, Server, agent_program, until};
 use crate::vpn::{Cable, daemon, ip, is_there, run as run_tool};
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
@@ -287,6 +287,100 @@ fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
     );
 }
 
+/// The example's fleet with OpenVPN.
+fn by_openvpn(fleet: &str) -> String {
+    fleet.replace("[vpn]\n", "[vpn]\nkind = \"openvpn\"\n")
+}
+
+#[test]
+fn a_damaged_list_holds_up_no_other_part_of_a_revocation_which_can_be_run_again() {
+    let ashore = Ashore::new(&by_openvpn(TWO));
+    ashore.apply(&[]);
+    let list = ashore.data().join("fleet/openvpn.crl");
+    let good = fs::read(&list).unwrap();
+    fs::write(&list, "# half\n").unwrap();
+    let output = ashore.try_to(&["fleet", "revoke", "otter-1"]);
+    let told = said(&output);
+    assert!(!output.status.success() && told.contains("otter-1: 1 link token revoked"), "{told}");
+    assert!(
+        told.contains("not done: openvpn: ") && told.contains("openvpn.crl is damaged or not there"),
+        "{told}"
+    );
+    assert!(told.contains("rm -f /etc/openvpn/server/lutra.ccd/otter-1"), "{told}");
+    assert!(told.contains("run `lutra-server fleet revoke otter-1` again"), "{told}");
+    let count = "SELECT CAST(count(*) AS TEXT) FROM token WHERE vessel = 0x2810";
+    assert_eq!(rows(&ashore.data(), count), ["0"]);
+
+    fs::write(&list, good).unwrap();
+    // Another vessel's file that is damaged is reported; that vessel keeps its place, which goes by its name.
+    fs::write(ashore.data().join("fleet/otter-2.ovpn"), [0xFF, 0xFE]).unwrap();
+    let output = ashore.try_to(&["fleet", "revoke", "otter-1"]);
+    let told = said(&output);
+    assert!(
+        !output.status.success() && told.contains("not done: ") && told.contains("otter-2.ovpn is damaged"),
+        "{told}"
+    );
+    let openvpn = ashore.data().join("vpn/openvpn");
+    assert_eq!(fs::read(openvpn.join("lutra.crl")).unwrap(), fs::read(&list).unwrap());
+    assert!(fs::read_to_string(&list).unwrap().contains(" otter-1\n"));
+    let places = files(&openvpn.join("lutra.ccd"));
+    assert!(places.len() == 1 && places[0].0.ends_with("otter-2"), "{places:?}");
+    // By its remedy: the new certificate ends that of the damaged file.
+    fs::remove_file(ashore.data().join("fleet/otter-2.ovpn")).unwrap();
+    ashore.apply(&[]);
+    assert!(fs::read_to_string(&list).unwrap().contains(" otter-2\n"));
+}
+
+#[test]
+fn a_fleet_that_goes_over_to_the_other_kind_of_vpn_leaves_no_key_of_the_first_one_good() {
+    let ashore = Ashore::new(TWO);
+    ashore.apply(&[]);
+    let (fleet, vpn) = (ashore.data().join("fleet"), ashore.data().join("vpn"));
+    assert!(vpn.join("lutra.conf").exists() && fleet.join("otter-1.vpn").exists());
+    ashore.says(&by_openvpn(TWO));
+    let told = ashore.apply(&[]);
+    assert!(told.contains("will end the key of otter-1 by wireguard"), "{told}");
+    assert!(told.contains("rm -f /etc/wireguard/lutra.conf"), "{told}");
+    for gone in [fleet.join("otter-1.vpn"), fleet.join("otter-2.vpn"), vpn.join("lutra.conf")] {
+        assert!(!gone.exists(), "{}", gone.display());
+    }
+    assert!(ashore.apply(&[]).contains("nothing to do"));
+
+    ashore.says(TWO);
+    ashore.apply(&[]);
+    assert!(!vpn.join("openvpn").exists() && vpn.join("lutra.conf").exists());
+    let list = fs::read_to_string(fleet.join("openvpn.crl")).unwrap();
+    assert!(list.contains(" otter-1\n") && list.contains(" otter-2\n"), "{list}");
+    assert!(ashore.apply(&[]).contains("nothing to do"));
+    // A key of the other kind that an earlier version left ends with a rotation.
+    ashore.says(&by_openvpn(TWO));
+    ashore.apply(&[]);
+    fs::write(fleet.join("otter-1.vpn"), "of before").unwrap();
+    ashore.run(&["fleet", "rotate", "otter-1", "--vpn"]);
+    assert!(!fleet.join("otter-1.vpn").exists());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_revoked_boat_is_put_out_by_the_running_server_and_let_in_no_more() {
+    let Some(program) = agent_program() else { return };
+    let (ashore, aboard) = (Ashore::new(TWO), TempDir::new().unwrap());
+    ashore.apply(&[]);
+    let server = Server::start(&ashore.data());
+    let token = ashore.kept("otter-1.token");
+    let mut agent = Agent::start(&program, aboard.path(), server.web, &token);
+    let said = |what: &str| server.log().matches(what).count();
+    until("the link stands", || (said("the link stands") == 1).then_some(())).await;
+    ashore.run(&["fleet", "revoke", "otter-1"]);
+    until("put out", || (said("the link is down") == 1).then_some(())).await;
+    until("refused", || agent.errors().contains("/link answers 401").then_some(())).await;
+    // The same token in a new start of the agent.
+    agent.process.kill();
+    let again = TempDir::new().unwrap();
+    let agent = Agent::start(&program, again.path(), server.web, &token);
+    until("refused once more", || agent.errors().contains("/link answers 401").then_some(())).await;
+    assert_eq!(said("the link stands"), 1);
+}
+
 /// A root on which the agent's package is installed.
 pub(crate) fn boat() -> TempDir {
     let root = TempDir::new().unwrap();
@@ -493,6 +587,19 @@ async fn a_provisioned_agent_comes_in_through_the_tunnel_of_the_fleet_and_reache
         assert!(is_let_through(&cable, 8080), "the link's door is open");
         assert!(!is_let_through(&cable, 8081), "no other is");
     }
+
+    // A key that is revoked opens nothing any more, whatever the boat tries.
+    ashore.run(&["fleet", "revoke", "otter-1"]);
+    let stood = server.log().matches("the link stands").count();
+    let file = ashore.folder.path().join("revoked.wg");
+    let conf = fs::read_to_string(ashore.data().join("vpn/lutra.conf")).unwrap();
+    let plain =
+        conf.lines().filter(|line| !["PreUp = ", "Address = "].iter().any(|key| line.starts_with(key)));
+    fs::write(&file, plain.collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    let (shore, device) = (cable.shore(), cable.tunnel('s'));
+    run_tool("ip", &["netns", "exec", &shore, "wg", "syncconf", &device, file.to_str().unwrap()]).unwrap();
+    assert!(!is_let_through(&cable, 8080), "its packets are dropped");
+    assert_eq!(server.log().matches("the link stands").count(), stood);
     server.process.terminate();
 }
 
@@ -550,11 +657,16 @@ async fn by_openvpn_a_provisioned_agent_comes_in_and_a_replaced_certificate_does
     let log = |folder: &Path| fs::read_to_string(folder.join("log")).unwrap();
     put_openvpn(&cable, 's', &from, &shore);
     put_openvpn(&cable, 'v', &aboard, &boat);
+    // As /etc/openvpn/server: OpenVPN has no rights of root once the tunnel is open.
+    for folder in [ashore.folder.path(), &shore] {
+        fs::set_permissions(folder, fs::Permissions::from_mode(0o711)).unwrap();
+    }
     let _shore = openvpn(&cable.shore(), &shore);
     let up = |folder: &Path| log(folder).contains("Initialization Sequence Completed").then_some(());
     until("OpenVPN up ashore", || up(&shore)).await;
     let vessel = openvpn(&cable.vessel(), &boat);
     until("OpenVPN up aboard", || up(&boat)).await;
+    assert!(log(&shore).contains("UID set to nobody"), "{}", log(&shore));
     let own = ip(&format!("-n {} -o addr show dev {}", cable.vessel(), cable.tunnel('v'))).unwrap();
     assert!(own.contains("10.77.0.11/24"), "{own}");
 
@@ -573,11 +685,18 @@ async fn by_openvpn_a_provisioned_agent_comes_in_and_a_replaced_certificate_does
     drop(vessel);
     bring();
     put_openvpn(&cable, 'v', &aboard, &boat);
-    let _vessel = openvpn(&cable.vessel(), &boat);
+    let vessel = openvpn(&cable.vessel(), &boat);
     until("up with the new certificate", || up(&boat)).await;
 
-    // A vessel whose access is taken has no place any more.
+    // A vessel whose access is taken has no place any more, and its certificate is refused, though its file is lost.
+    drop(vessel);
+    fs::remove_file(ashore.data().join("fleet/otter-1.ovpn")).unwrap();
     ashore.run(&["fleet", "revoke", "otter-1"]);
+    put_openvpn(&cable, 's', &from, &shore);
+    let refusals = || log(&shore).matches("certificate revoked").count();
+    let before = refusals();
+    let _vessel = openvpn(&cable.vessel(), &boat);
+    until("refused for good", || (refusals() > before).then_some(())).await;
     let places = files(&from.join("lutra.ccd"));
     assert_eq!(places.len(), 1);
     assert!(places[0].0.ends_with("otter-2") && places[0].1 == b"ifconfig-push 10.77.0.12 255.255.255.0\n");

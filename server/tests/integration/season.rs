@@ -1,21 +1,24 @@
 //! A season in fast motion: a fleet file is applied, three vessels are provisioned from their bundles and sail, links are cut,
 //! each program is killed in turn, a vessel's disk is full, and the shore is lost and restored from a backup in another folder.
-//! At the end every packet that a spool took is ashore exactly once, counted by the numbers of the record lanes and
-//! compared with the logs aboard.
+//! At the end every packet that a spool took is ashore exactly once, by the spools' own files, and the logs aboard say the same.
 //!
 //! `scripts/season` runs it and shows the table: a minute or two, or `scripts/season long`. Links go through relays on loopback, so that it
 //! needs no namespaces; a disk that fills needs root, and is left out with a note elsewhere.
 
 use crate::disk_full::Disk;
 use crate::fleet::{Ashore, boat, provision, said};
-use crate::support::ashore::{SAID_BEFORE_S, bytes_of, link_streams, logged_is_ashore, newest_of, now_s};
+use crate::support::ashore::{
+    SAID_BEFORE_S, bytes_of, counted, link_numbers, logged_is_ashore, newest_of, now_s,
+};
 use crate::support::program::{Agent, Line, Server, agent_program, run, until};
+use crate::support::spools::{Spooled, Witness};
 use crate::support::{CONSOLE, Client, PATIENCE, archived_packets, packet};
+use bytes::Bytes;
 use imc::messages::{
     EstimatedState, Goto, Message, PlanControl, PlanControlOp, PlanControlType, SpeedUnits, ZUnits,
 };
 use imc::{Address, PacketView};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -40,6 +43,8 @@ struct Boat {
     data: PathBuf,
     lines: Vec<Line>,
     agent: Option<Agent>,
+    /// Of its spool.
+    witness: Option<Witness>,
     cuts: usize,
     kills: usize,
     full: usize,
@@ -176,54 +181,80 @@ fn step(began: Instant, what: &str) {
 /// What a vessel's spool took, and what is ashore of it.
 #[derive(Debug, Default)]
 struct Count {
-    took: u64,
-    ashore: u64,
-    twice: u64,
-    /// Numbers that did not come and were not declared.
-    lost: Vec<u64>,
+    accepted: usize,
+    /// Of these, packets that are ashore as often as the spool took them.
+    ashore: usize,
+    twice: usize,
+    lost: usize,
+    /// Numbers that the vessel declared that it does not have.
     declared: u64,
     compared: usize,
     sailed_m: f64,
 }
 
 impl Count {
-    /// Adds the numbers of a lane that came, and those that the vessel declared that it does not have.
-    fn add(&mut self, numbers: &[u64], declared: &BTreeSet<u64>) {
-        let came: BTreeSet<u64> = numbers.iter().copied().collect();
-        let (Some(first), Some(last)) = (came.first(), came.last()) else { return };
-        self.took += last - first + 1;
-        self.ashore += came.len() as u64;
-        self.twice += (numbers.len() - came.len()) as u64;
-        let missing = (*first..=*last).filter(|number| !came.contains(number));
-        let (declared, lost): (Vec<u64>, Vec<u64>) = missing.partition(|number| declared.contains(number));
-        self.declared += declared.len() as u64;
-        self.lost.extend(lost);
+    /// Compares what a spool took with what is ashore. The shore also has its own copy of what others said to the vessel, such
+    /// as orders: of these more may be there than the spool took.
+    fn of(spooled: &Spooled, vessel: Address, ashore: &BTreeMap<Bytes, usize>) -> Self {
+        let mut count =
+            Self { declared: spooled.declared.iter().map(|(from, to)| to - from).sum(), ..Self::default() };
+        for (packet, took) in counted(spooled.kept().cloned().collect()) {
+            let came = ashore.get(&packet).copied().unwrap_or(0);
+            count.accepted += took;
+            count.ashore += came.min(took);
+            if PacketView::new(&packet).is_ok_and(|view| view.src() == vessel) {
+                count.twice += came.saturating_sub(took);
+            }
+            count.lost += took.saturating_sub(came);
+        }
+        count
     }
 }
 
 #[test]
-fn a_number_that_came_twice_or_not_at_all_is_counted() {
-    let mut count = Count::default();
-    count.add(&[3, 4, 4, 6, 9], &BTreeSet::from([5, 6]));
-    assert_eq!((count.took, count.ashore, count.twice, count.declared), (7, 4, 1, 1));
-    assert_eq!(count.lost, [7, 8]);
+fn a_packet_that_came_twice_or_not_at_all_is_counted() {
+    let (vessel, shore) = (Address(0x2810), CONSOLE);
+    let said = |src: Address, time_s: u32| packet(src, vessel, time_s.into(), PlanControl::default());
+    let mut spooled = Spooled::default();
+    for (number, time_s) in [(3, 1), (4, 2), (5, 3), (6, 4), (7, 5), (8, 1)] {
+        spooled.packets.insert(number, said(vessel, time_s));
+    }
+    spooled.packets.insert(9, said(shore, 1));
+    spooled.declared.push((6, 7));
+    let ashore = [
+        (said(vessel, 1), 2),
+        (said(vessel, 2), 3),
+        (said(vessel, 3), 1),
+        (said(vessel, 9), 1),
+        (said(shore, 1), 2),
+    ];
+    let count = Count::of(&spooled, vessel, &BTreeMap::from(ashore));
+    assert_eq!((count.accepted, count.ashore, count.twice, count.lost, count.declared), (6, 5, 2, 1, 1));
 }
 
-fn count(data: &Path, boat: &Boat, ended_s: f64) -> Count {
+/// All packets in the archive, of all systems: a vessel also sends what others said.
+fn all_ashore(data: &Path) -> BTreeMap<Bytes, usize> {
+    let systems = std::fs::read_dir(data.join("archive")).unwrap().map(|entry| entry.unwrap().file_name());
+    let systems = systems.filter_map(|name| u16::from_str_radix(name.to_str()?.strip_prefix("0x")?, 16).ok());
+    counted(systems.flat_map(|system| archived_packets(data, Address(system))).collect())
+}
+
+fn count(
+    data: &Path,
+    boat: &Boat,
+    spooled: &Spooled,
+    ashore: &BTreeMap<Bytes, usize>,
+    ended_s: f64,
+) -> Count {
     let gaps = Reader::open(data).unwrap().gaps(Some(boat.address), TimeRange::ALL).unwrap();
-    let mut count = Count { sailed_m: sailed_m(data, boat.address), ..Count::default() };
-    for (stream, (system, numbers)) in link_streams(data) {
-        if system != boat.address {
-            continue;
-        }
-        let runs = gaps.iter().filter_map(|gap| gap.numbers).filter(|run| run.stream == stream);
-        count.add(&numbers, &runs.flat_map(|run| run.from..run.to).collect());
-    }
     let covers =
         |gap: &Gap, at_s: f64| (gap.from.seconds() - SAID_BEFORE_S..gap.to.seconds()).contains(&at_s);
     let exempt = |said_s: f64| said_s >= ended_s || gaps.iter().any(|gap| covers(gap, said_s));
-    count.compared = logged_is_ashore(data, &boat.data, boat.address, exempt);
-    count
+    Count {
+        sailed_m: sailed_m(data, boat.address),
+        compared: logged_is_ashore(data, &boat.data, boat.address, exempt),
+        ..Count::of(spooled, boat.address, ashore)
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -254,8 +285,8 @@ async fn a_season_in_fast_motion_loses_nothing_and_doubles_nothing() {
         assert!(output.status.success(), "{}", said(&output));
         let on_disk = disk.as_ref().filter(|_| name == "otter-3");
         let data = on_disk.map_or_else(|| root.path().join("sailing"), super::disk_full::Disk::data);
-        let (address, agent) = (Address(address), None);
-        boats.push(Boat { name, address, root, data, lines, agent, cuts: 0, kills: 0, full: 0 });
+        let (address, agent, witness) = (Address(address), None, Some(Witness::of(&data)));
+        boats.push(Boat { name, address, root, data, lines, agent, witness, cuts: 0, kills: 0, full: 0 });
     }
     for boat in &mut boats {
         boat.start(&program);
@@ -360,30 +391,38 @@ async fn a_season_in_fast_motion_loses_nothing_and_doubles_nothing() {
         "same as logs",
         "sailed m"
     );
-    let mut counts = Vec::new();
-    for boat in &boats {
-        let count = count(&back, boat, ended_s);
+    let (mut counts, all) = (Vec::new(), all_ashore(&back));
+    for boat in &mut boats {
+        let spooled = boat.witness.take().unwrap().tells();
+        assert_eq!(spooled.unseen(), [0; 0], "{}: the witness did not see these numbers", boat.name);
+        let count = count(&back, boat, &spooled, &all, ended_s);
         println!(
             "{:8} {:>4} {:>5} {:>9} {:>9} {:>9} {:>5} {:>8} {:>4} {:>13} {:>8.0}",
             boat.name,
             boat.cuts,
             boat.kills,
             boat.full,
-            count.took - count.declared,
+            count.accepted,
             count.ashore,
             count.twice,
             count.declared,
-            count.lost.len(),
+            count.lost,
             count.compared,
             count.sailed_m
         );
         counts.push(count);
     }
     println!(
-        "accepted: packets that the vessel's spool took; declared: the vessel said itself that it does not have them\n"
+        "accepted: packets in the files of the vessel's own spool; declared: the vessel said itself that it does not have them\n"
     );
+    for (stream, mut numbers) in link_numbers(&back) {
+        let came = numbers.len();
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert_eq!(numbers.len(), came, "numbers of {stream:#x} came twice");
+    }
     for (boat, count) in boats.iter().zip(&counts) {
-        assert!(count.lost.is_empty() && count.twice == 0, "{}: {count:?}", boat.name);
+        assert!(count.lost == 0 && count.twice == 0, "{}: {count:?}", boat.name);
         assert!(count.compared > 300 && count.sailed_m > SAILED_M, "{}: {count:?}", boat.name);
     }
 }

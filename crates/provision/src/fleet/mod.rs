@@ -68,6 +68,14 @@ impl VpnKind {
         }
     }
 
+    /// The one that is not this.
+    pub const fn other(self) -> Self {
+        match self {
+            Self::WireGuard => Self::OpenVpn,
+            Self::OpenVpn => Self::WireGuard,
+        }
+    }
+
     /// Its usual UDP port.
     const fn port(self) -> u16 {
         match self {

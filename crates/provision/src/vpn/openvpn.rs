@@ -154,8 +154,11 @@ pub fn ashore(fleet: &Fleet, shore: &Shore) -> String {
          # IPv6 and IPv4.\nproto udp6\nport {port}\ndev {INTERFACE}\ndev-type tun\ntopology subnet\n\
          ifconfig {address} {mask}\npush \"topology subnet\"\npush \"route-gateway {address}\"\n\
          # Vessels with a file there may come in, each at its own address.\nclient-config-dir {PLACES}\nccd-exclusive\n\
-         # No tunnel without its firewall.\nscript-security 2\nup \"/bin/sh -c 'exec nft -f {INTERFACE}.nft'\"\n\
-         keepalive {every} {silent}\nexplicit-exit-notify 1\npersist-tun\n\
+         # Root opens the tunnel, and what strangers talk to has no rights. It reads two things at each connection.\n\
+         user nobody\ngroup nogroup\npersist-tun\npersist-key\n\
+         # No tunnel without its firewall.\nscript-security 2\n\
+         up \"/bin/sh -c 'chmod -R a+rX {PLACES} {REVOKED} && exec nft -f {INTERFACE}.nft'\"\n\
+         keepalive {every} {silent}\nexplicit-exit-notify 1\n\
          remote-cert-tls client\ncrl-verify {REVOKED}\ndh none\n",
         port = vpn.port,
         address = vpn.server_address,

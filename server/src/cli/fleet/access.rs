@@ -1,12 +1,13 @@
 //! `lutra-server fleet rotate` and `revoke`: new link tokens and VPN keys for a vessel, or an end to its access.
 
 use super::files::Files;
-use super::vpn::{self, tell_next, write_vpn};
+use super::lock::FleetLock;
+use super::vpn::{self, Leftover, tell_next, write_vpn};
 use super::{Place, RotateArguments, state};
 use crate::cli::Common;
-use crate::cli::say::say;
-use anyhow::Context as _;
-use provision::VpnKind;
+use crate::cli::say::{complain, say};
+use anyhow::{Context as _, ensure};
+use provision::{Fleet, VpnKind};
 use shore::clock;
 use shore::identity::audit::Record;
 use shore::identity::{Connection, Fault, Request, links, tokens, vessels, with, within_transaction};
@@ -19,6 +20,7 @@ pub(super) const DAY_US: i64 = 86_400_000_000;
 /// `lutra-server fleet rotate`.
 pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
+    let _lock = FleetLock::take(&config.data, "fleet rotate")?;
     let files = Files::new(&config.data, arguments.place.vpn_dir.as_deref());
     let fleet = state::applied(&files)?;
     let vessel = fleet
@@ -57,40 +59,111 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
         say!(
             "{name} has a new VPN key: the boat is off the VPN from the restart below until it is provisioned again"
         );
-        if write_vpn(&files, &fleet)? {
-            tell_next(fleet.vpn.kind, &files)?;
-        }
+        put_in_force(&files, &fleet, &name, now)?;
     }
     say!("bring it aboard: lutra-server fleet bundle {name}");
     Ok(())
 }
 
+/// Writes the files of the VPN after a vessel's new key, and ends a key that it has by the other kind of VPN.
+fn put_in_force(files: &Files, fleet: &Fleet, name: &str, now: UtcTime) -> anyhow::Result<()> {
+    if write_vpn(files, fleet)?.whole()? {
+        tell_next(fleet.vpn.kind, files)?;
+    }
+    vpn::of(fleet.vpn.kind.other(), files).forget(name, now)?;
+    Leftover::look(files, fleet.vpn.kind)?.remove_files()
+}
+
 /// `lutra-server fleet revoke`.
 pub(super) fn revoke(common: &Common, name: &str, place: &Place) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
+    let _lock = FleetLock::take(&config.data, "fleet revoke")?;
     let files = Files::new(&config.data, place.vpn_dir.as_deref());
-    let fleet = files.applied().exists().then(|| state::applied(&files)).transpose()?;
-    take(&config.data, &files, name)?;
-    if let Some(fleet) = fleet {
-        if write_vpn(&files, &fleet)? {
-            tell_next(fleet.vpn.kind, &files)?;
-        }
-        if fleet.vessel(name).is_some() {
-            say!(
-                "{name} is still in the fleet file: the next `fleet apply` makes new access for it, with new secrets"
-            );
+    let mut failed = take(&config.data, &files, name)?;
+    if files.applied().exists() {
+        match update(&files, name) {
+            Ok(damaged) => failed.extend(damaged),
+            Err(error) => failed.push(format!("files of the VPN: {error:#}")),
         }
     }
-    Ok(())
+    report(name, &failed)
 }
 
-/// Ends a vessel's link tokens and deletes its secrets; the caller updates the files of the VPN.
-pub(super) fn take(data: &Path, files: &Files, name: &str) -> anyhow::Result<()> {
-    let revoke = Revoke { name: name.to_owned(), files: files.clone(), now: clock::now() };
-    let Revoked { tokens, had_key } = with(data, async |db| within_transaction(db, revoke).await)?;
-    let s = if tokens == 1 { "" } else { "s" };
-    let vpn = if had_key { ", its secrets are forgotten" } else { "" };
-    say!("{name}: {tokens} link token{s} revoked{vpn}; its name and recordings stay");
+/// Brings the files of the VPN up to date after a vessel was revoked. Returns what is damaged, of other vessels too.
+fn update(files: &Files, name: &str) -> anyhow::Result<Vec<String>> {
+    let fleet = state::applied(files)?;
+    let written = write_vpn(files, &fleet)?;
+    if written.changed {
+        tell_next(fleet.vpn.kind, files)?;
+    }
+    if fleet.vessel(name).is_some() {
+        say!(
+            "{name} is still in the fleet file: the next `fleet apply` makes new access for it, with new secrets"
+        );
+    }
+    Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
+    Ok(written.damaged)
+}
+
+/// Ends a vessel's access, part by part: what fails holds up no other part. The caller updates the files of the VPN.
+/// Returns what failed.
+///
+/// # Errors
+/// There is no such vessel.
+pub(super) fn take(data: &Path, files: &Files, name: &str) -> anyhow::Result<Vec<String>> {
+    let now = clock::now();
+    let has_key = has_key(files, name);
+    let revoke = Revoke { name: name.to_owned(), has_key, now };
+    let mut failed = Vec::new();
+    match with(data, async |db| within_transaction(db, revoke).await) {
+        Ok(tokens) => {
+            let s = if tokens == 1 { "" } else { "s" };
+            say!("{name}: {tokens} link token{s} revoked; its name and recordings stay");
+        }
+        Err(error) if has_key => failed.push(format!("link tokens: {error}")),
+        Err(error) => return Err(error.into()),
+    }
+    if let Err(error) = files.forget_token(name) {
+        failed.push(format!("stored link token: {error:#}"));
+    }
+    for kind in VpnKind::ALL {
+        match vpn::of(kind, files).forget(name, now) {
+            Ok(true) => say!("{name}: its key by {} is ended", kind.name()),
+            Ok(false) => {}
+            Err(error) => {
+                failed.push(format!("{}: {error:#}; until then {}", kind.name(), by_hand(kind, name)))
+            }
+        }
+    }
+    Ok(failed)
+}
+
+/// How root refuses a boat without the files of the fleet.
+fn by_hand(kind: VpnKind, name: &str) -> String {
+    match kind {
+        VpnKind::WireGuard => format!(
+            "take the [Peer] of {name} out of /etc/wireguard/lutra.conf by hand and `sudo systemctl restart wg-quick@lutra`"
+        ),
+        VpnKind::OpenVpn => format!(
+            "refuse it by hand: `sudo rm -f /etc/openvpn/server/lutra.ccd/{name} && sudo systemctl restart openvpn-server@lutra`"
+        ),
+    }
+}
+
+/// Reports what could not be done.
+///
+/// # Errors
+/// Something failed.
+pub(super) fn report(name: &str, failed: &[String]) -> anyhow::Result<()> {
+    for part in failed {
+        complain!("not done: {part}");
+    }
+    let s = if failed.len() == 1 { "" } else { "s" };
+    ensure!(
+        failed.is_empty(),
+        "{} part{s} of this could not be done, all others are: mend that, then run `lutra-server fleet revoke {name}` again",
+        failed.len()
+    );
     Ok(())
 }
 
@@ -140,24 +213,21 @@ impl Request for Rotate {
     }
 }
 
+/// Ends a vessel's link tokens.
 struct Revoke {
     name: String,
-    files: Files,
+    /// Whether it has a key of a VPN: then app.db may not know it.
+    has_key: bool,
     now: UtcTime,
 }
 
-struct Revoked {
-    tokens: u64,
-    had_key: bool,
-}
-
 impl Request for Revoke {
-    type Answer = Revoked;
+    /// How many tokens ended.
+    type Answer = u64;
 
-    async fn run(self, db: &mut Connection) -> Result<Revoked, Fault> {
-        let Self { name, files, now } = self;
+    async fn run(self, db: &mut Connection) -> Result<u64, Fault> {
+        let Self { name, has_key, now } = self;
         let known = vessels::List.run(db).await?.into_iter().find(|vessel| vessel.name == name);
-        let has_key = has_key(&files, &name).map_err(|error| state::refused(&error))?;
         if known.is_none() && !has_key {
             return Err(Fault::refused(
                 api::say("There is no vessel {name}; see `lutra-server vessel list`.").with("name", name),
@@ -170,26 +240,14 @@ impl Request for Revoke {
             None => 0,
         };
         Record(vec![(now, state::line("fleet.revoke", &name))]).run(db).await?;
-        let had_key = forget(&files, &name, now).map_err(|error| state::refused(&error))?;
-        Ok(Revoked { tokens, had_key })
+        Ok(tokens)
     }
 }
 
-/// Whether a vessel has a key in a VPN of either kind.
-pub(super) fn has_key(files: &Files, name: &str) -> anyhow::Result<bool> {
-    for kind in VpnKind::ALL {
-        if vpn::of(kind, files).names()?.iter().any(|known| known == name) {
-            return Ok(true);
-        }
-    }
-    Ok(false)
-}
-
-/// Deletes a vessel's secrets, of the VPNs of both kinds. Returns whether there were any.
-fn forget(files: &Files, name: &str, now: UtcTime) -> anyhow::Result<bool> {
-    let mut forgotten = files.forget_token(name)?;
-    for kind in VpnKind::ALL {
-        forgotten |= vpn::of(kind, files).forget(name, now)?;
-    }
-    Ok(forgotten)
+/// Whether a vessel has a key in a VPN of either kind, or may have one, where that cannot be read.
+pub(super) fn has_key(files: &Files, name: &str) -> bool {
+    let knows = |kind: VpnKind| {
+        vpn::of(kind, files).names().map_or(true, |names| names.iter().any(|known| known == name))
+    };
+    VpnKind::ALL.into_iter().any(knows)
 }

@@ -1,13 +1,14 @@
 //! `lutra-server fleet apply`: prints what is to be done, then does it.
 //!
 //! The lines of the audit log about keys come first, then the keys, then one transaction of app.db with names, tokens and their
-//! lines, then the files of the VPN, then the copy of the fleet file. So every key is in the log; after a kill a line may
+//! lines, then the files of the VPN, then the end of what a VPN of the other kind left, then the copy of the fleet file. So every key is in the log; after a kill a line may
 //! be there twice. Each step is atomic, and the next run checks each again: after any interruption, the same command
 //! finishes the work.
 
 use super::files::{self, Files};
+use super::lock::FleetLock;
 use super::state::{self, Known};
-use super::vpn::{self, Tunnel, tell_next, write_vpn};
+use super::vpn::{self, Leftover, Tunnel, tell_next, write_vpn};
 use super::{ApplyArguments, access, look};
 use crate::cli::Common;
 use crate::cli::say::{complain, say};
@@ -27,6 +28,7 @@ const GRACE_DAYS: i64 = 14;
 pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Result<()> {
     let config = if arguments.dry_run { common.load(Vec::new())? } else { common.load_to_write()? };
     let (fleet, text) = look::read(&arguments.file)?;
+    let _lock = if arguments.dry_run { None } else { Some(FleetLock::take(&config.data, "fleet apply")?) };
     let files = Files::new(&config.data, arguments.place.vpn_dir.as_deref());
     let known = Known::look(&config.data, &files, &fleet, clock::now())?;
     let tunnel = vpn::of(fleet.vpn.kind, &files);
@@ -49,7 +51,8 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
         return Ok(());
     }
     for name in &arguments.revoke {
-        access::take(&config.data, &files, name)?;
+        let failed = access::take(&config.data, &files, name)?;
+        access::report(name, &failed)?;
     }
     let changed = plan.carry_out(&config.data, &files, &fleet, &text)?;
     say!("done");
@@ -90,7 +93,11 @@ fn conflicts(
         }
     }
     for name in vpn::left(tunnel, fleet)? {
-        let Some(address) = tunnel.address(&name)?.filter(|_| !revoke.contains(&name)) else { continue };
+        // What is revoked may be damaged.
+        if revoke.contains(&name) {
+            continue;
+        }
+        let Some(address) = tunnel.address(&name)? else { continue };
         let taken = fleet.vessels.iter().find(|vessel| vessel.vpn_address == address);
         let by = taken.map(|vessel| vessel.name.as_str());
         let by = by.or_else(|| (fleet.vpn.server_address == address).then_some("the server"));
@@ -104,7 +111,7 @@ fn conflicts(
     for name in revoke {
         if fleet.vessel(name).is_some() {
             conflicts.push(format!("--revoke {name}: it is in the file; take it out of the file first"));
-        } else if !access::has_key(files, name)? && known.vessels.iter().all(|vessel| vessel.name != *name) {
+        } else if !access::has_key(files, name) && known.vessels.iter().all(|vessel| vessel.name != *name) {
             conflicts.push(format!("--revoke {name}: nobody knows such a vessel"));
         }
     }
@@ -155,6 +162,8 @@ struct Plan {
     keys: Vec<KeyStep>,
     /// Whether files of the VPN differ.
     vpn: bool,
+    /// What a VPN of the other kind left.
+    left: Leftover,
     /// Whether the copy of the fleet file does.
     copy: bool,
 }
@@ -193,6 +202,7 @@ impl Plan {
             server_key,
             keys,
             vpn,
+            left: Leftover::look(files, fleet.vpn.kind)?,
             copy: files::read(&files.applied())?.as_deref() != Some(text),
         })
     }
@@ -203,6 +213,7 @@ impl Plan {
             && !self.server_key
             && self.keys.is_empty()
             && !self.vpn
+            && self.left.is_empty()
             && !self.copy
     }
 
@@ -223,6 +234,7 @@ impl Plan {
         if self.vpn {
             say!("will write the files of the VPN in {}", tunnel.folder().display());
         }
+        self.left.tell();
         if self.copy {
             say!("will keep the file as {}", files.applied().display());
         }
@@ -246,7 +258,8 @@ impl Plan {
         }
         let change = Change { names: self.names, tokens: self.tokens, files: files.clone(), now };
         with(data, async |db| within_transaction(db, change).await)?;
-        let changed = write_vpn(files, fleet)?;
+        let changed = write_vpn(files, fleet)?.whole()? || !self.left.is_empty();
+        self.left.end(files, now)?;
         files::write(&files.applied(), text.as_bytes())?;
         Ok(changed)
     }

@@ -1,6 +1,7 @@
 //! `lutra-server fleet bundle`: everything that one boat needs, in one sealed file.
 
 use super::files::{self, Files};
+use super::lock::FleetLock;
 use super::state::{self, Known};
 use super::{BundleArguments, look, vpn};
 use crate::cli::Common;
@@ -25,6 +26,7 @@ const SMALL_FILE_BYTES: u64 = 1 << 20;
 /// `lutra-server fleet bundle`.
 pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
+    let _lock = FleetLock::take(&config.data, "fleet bundle")?;
     let files = Files::new(&config.data, None);
     let fleet = state::applied(&files)?;
     let vessel = fleet

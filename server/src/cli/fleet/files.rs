@@ -6,7 +6,7 @@
 
 use anyhow::{Context as _, ensure};
 use std::fs;
-use std::io::{self, Write as _};
+use std::io::{self, Read as _, Seek as _, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
@@ -80,13 +80,34 @@ pub(super) fn damaged(path: &Path) -> String {
     )
 }
 
-/// Reads a file; `None` if it does not exist.
+/// Reads a file; `None` if it does not exist. Bytes that are no text become `U+FFFD`, which no file of the fleet has: so the
+/// place of the damage is found by those who read it.
 pub(super) fn read(path: &Path) -> anyhow::Result<Option<String>> {
-    match fs::read_to_string(path) {
-        Ok(text) => Ok(Some(text)),
+    match fs::read(path) {
+        Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(error) => Err(error).with_context(|| format!("cannot read {}", path.display())),
     }
+}
+
+/// Adds a line to a file that only its owner can read; it is on disk when this returns. A last line that a killed run left
+/// without its end is dropped. Makes file and folder if they are missing.
+pub(super) fn append(path: &Path, line: &str) -> anyhow::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let written = || -> io::Result<()> {
+        fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
+        let mut options = fs::OpenOptions::new();
+        let mut file = options.read(true).write(true).create(true).truncate(false).mode(0o600).open(path)?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes)?;
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        file.set_len(whole as u64)?;
+        file.seek(io::SeekFrom::Start(whole as u64))?;
+        file.write_all(format!("{line}\n").as_bytes())?;
+        file.sync_all()?;
+        fs::File::open(folder)?.sync_all()
+    };
+    written().with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Removes a file. Returns whether there was one.

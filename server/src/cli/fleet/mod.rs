@@ -2,13 +2,14 @@
 //!
 //! `files` has the fleet's files in the data folder, `state` reads their state and that of app.db, `apply` makes both match
 //! the fleet file, `vpn` has its keys and files, by WireGuard or OpenVPN, `bundle` makes the file that is carried aboard, `access` renews and
-//! revokes a vessel's credentials, `look` reads the fleet file and compares it with the server's and the agent's
+//! revokes a vessel's credentials, `lock` keeps commands apart that write, `look` reads the fleet file and compares it with the server's and the agent's
 //! configuration.
 
 mod access;
 mod apply;
 mod bundle;
 mod files;
+mod lock;
 mod look;
 mod state;
 mod vpn;
@@ -34,6 +35,9 @@ pub(super) enum FleetCommand {
     /// Make a new link token or VPN key for a vessel. The boat needs a new bundle.
     Rotate(RotateArguments),
     /// Take a vessel's access: its link tokens and its place in the VPN. Its name and recordings stay.
+    ///
+    /// Link tokens end first, then keys of the VPN, each by itself. Where a part cannot be done the command says what is left, and
+    /// fails; it can be run again.
     Revoke {
         /// The vessel.
         name: String,

@@ -41,20 +41,17 @@ pub(crate) fn newest_of(data: &Path, vessel: Address) -> f64 {
     archived_packets(data, vessel).iter().map(|one| time_s(one)).fold(0.0, f64::max)
 }
 
-/// The records of all packets of the link, from `Arrivals.idx`, each with the system in whose archive it is.
-fn link_records(data: &Path) -> Vec<(Address, [u8; 32])> {
+/// The records of all packets of the link, from `Arrivals.idx`.
+fn link_records(data: &Path) -> Vec<[u8; 32]> {
     let mut found = Vec::new();
     for system in std::fs::read_dir(data.join("archive")).unwrap().map(|entry| entry.unwrap().path()) {
-        let name = system.file_name().unwrap().to_str().unwrap().trim_start_matches("0x").to_owned();
-        let (Ok(days), Ok(address)) = (std::fs::read_dir(system), u16::from_str_radix(&name, 16)) else {
-            continue;
-        };
+        let Ok(days) = std::fs::read_dir(system) else { continue };
         for day in days {
             let Ok(records) = std::fs::read(day.unwrap().path().join("Arrivals.idx")) else { continue };
             for record in records.chunks_exact(32) {
                 let (has_link, is_jump) = (record[6] & 1 << 5 != 0, record[6] & 1 << 7 != 0);
                 if has_link && !is_jump {
-                    found.push((Address(address), record.try_into().unwrap()));
+                    found.push(record.try_into().unwrap());
                 }
             }
         }
@@ -64,7 +61,7 @@ fn link_records(data: &Path) -> Vec<(Address, [u8; 32])> {
 
 /// When each packet came, by the shore's clock (s since 1970).
 pub(crate) fn arrivals_s(data: &Path) -> Vec<f64> {
-    let arrival = |(_, record): &(Address, [u8; 32])| {
+    let arrival = |record: &[u8; 32]| {
         let mut bytes = [0; 8];
         bytes[..7].copy_from_slice(&record[7..14]);
         u64::from_le_bytes(bytes) as f64 / 1e6
@@ -74,21 +71,12 @@ pub(crate) fn arrivals_s(data: &Path) -> Vec<f64> {
 
 /// The numbers in the record lanes.
 pub(crate) fn link_numbers(data: &Path) -> BTreeMap<u64, Vec<u64>> {
-    link_streams(data).into_iter().map(|(stream, (_, numbers))| (stream, numbers)).collect()
-}
-
-/// The numbers in the record lanes, each lane with its vessel: the system that most of its packets are of.
-pub(crate) fn link_streams(data: &Path) -> BTreeMap<u64, (Address, Vec<u64>)> {
-    let mut streams: BTreeMap<u64, (BTreeMap<Address, usize>, Vec<u64>)> = BTreeMap::new();
-    for (system, record) in link_records(data) {
+    let mut streams: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+    for record in link_records(data) {
         let word = |at: usize| u64::from_le_bytes(record[at..at + 8].try_into().unwrap());
-        let (systems, numbers) = streams.entry(word(22)).or_default();
-        *systems.entry(system).or_default() += 1;
-        numbers.push(word(14));
+        streams.entry(word(22)).or_default().push(word(14));
     }
-    let vessel =
-        |systems: BTreeMap<Address, usize>| systems.into_iter().max_by_key(|(_, count)| *count).unwrap().0;
-    streams.into_iter().map(|(stream, (systems, numbers))| (stream, (vessel(systems), numbers))).collect()
+    streams
 }
 
 /// Every number came once and none is missing but `declared` ones.
@@ -136,7 +124,8 @@ pub(crate) fn logged_is_ashore(
     compared
 }
 
-fn counted(packets: Vec<Bytes>) -> BTreeMap<Bytes, usize> {
+/// How often each packet is there.
+pub(crate) fn counted(packets: Vec<Bytes>) -> BTreeMap<Bytes, usize> {
     let mut counts = BTreeMap::new();
     for packet in packets {
         *counts.entry(packet).or_default() += 1;

@@ -19,6 +19,7 @@ pub(crate) mod ashore;
 pub(crate) mod browser;
 pub(crate) mod program;
 pub(crate) mod slow;
+pub(crate) mod spools;
 pub(crate) mod trusting;
 
 pub(crate) const OTTER: Address = Address(0x2810);

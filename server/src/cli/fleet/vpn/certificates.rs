@@ -74,6 +74,22 @@ pub(super) enum Purpose {
     Vessel,
 }
 
+impl Purpose {
+    /// Reads what `Display` wrote.
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        [Self::Server, Self::Vessel].into_iter().find(|purpose| purpose.to_string() == text)
+    }
+}
+
+impl fmt::Display for Purpose {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Server => "server",
+            Self::Vessel => "vessel",
+        })
+    }
+}
+
 /// A new authority.
 pub(super) fn authority(now: UtcTime) -> anyhow::Result<Identity> {
     let key = KeyPair::generate()?;

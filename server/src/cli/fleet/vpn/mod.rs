@@ -1,11 +1,14 @@
 //! The VPN of a fleet: keys, files, and the steps for root. `wireguard` and `openvpn` are its two kinds, `certificates` makes
-//! what OpenVPN needs.
+//! what OpenVPN needs, `issued` is the list of all that it made.
 
 mod certificates;
+mod issued;
 mod openvpn;
 mod wireguard;
 
 use super::files::{self, Files};
+use crate::cli::say::say;
+use anyhow::{Context as _, ensure};
 use provision::{Fleet, Part, Vessel, VpnKind, nftables};
 use std::fs;
 use std::io::ErrorKind;
@@ -40,11 +43,17 @@ pub(super) trait Tunnel {
     /// Takes a vessel's key. Returns whether it had one.
     fn forget(&self, name: &str, now: UtcTime) -> anyhow::Result<bool>;
 
+    /// Whether a vessel comes in by its name, so that it keeps its place where its file ashore is damaged.
+    fn knows_by_name(&self) -> bool;
+
     /// The folder of the files that root puts into force.
     fn folder(&self) -> PathBuf;
 
     /// These files for the members, besides the firewall; the server has its key.
     fn texts(&self, fleet: &Fleet, members: &[Member]) -> anyhow::Result<Vec<(PathBuf, String)>>;
+
+    /// What is written for root: files or folders of this kind alone.
+    fn written(&self) -> Vec<PathBuf>;
 
     /// A vessel's configuration, for its bundle.
     fn aboard(&self, fleet: &Fleet, vessel: &Vessel) -> anyhow::Result<(Part, String)>;
@@ -66,17 +75,64 @@ pub(super) fn of<'a>(kind: VpnKind, files: &'a Files) -> Box<dyn Tunnel + 'a> {
 
 /// Prints the steps of root, also those that end a VPN of the other kind that was there before.
 pub(super) fn tell_next(kind: VpnKind, files: &Files) -> anyhow::Result<()> {
-    use crate::cli::say::say;
     say!("the VPN goes by the new files once root has them:");
-    let (other, unit) = match kind {
-        VpnKind::WireGuard => (VpnKind::OpenVpn, "openvpn-server@lutra"),
-        VpnKind::OpenVpn => (VpnKind::WireGuard, "wg-quick@lutra"),
+    let (unit, configuration) = match kind.other() {
+        VpnKind::OpenVpn => ("openvpn-server@lutra", "/etc/openvpn/server/lutra.conf"),
+        VpnKind::WireGuard => ("wg-quick@lutra", "/etc/wireguard/lutra.conf"),
     };
-    if of(other, files).has_shore()? {
+    if of(kind.other(), files).has_shore()? {
         say!("  sudo systemctl disable --now {unit}    # if it runs: both have the same addresses");
+        say!("  sudo rm -f {configuration}    # it lets boats in by keys of before");
     }
     of(kind, files).tell_next();
     Ok(())
+}
+
+/// What is left of a VPN of the other kind than the fleet's: names that have a key there, and files for root.
+#[derive(Debug)]
+pub(super) struct Leftover {
+    kind: VpnKind,
+    pub(super) names: Vec<String>,
+    paths: Vec<PathBuf>,
+}
+
+impl Leftover {
+    pub(super) fn look(files: &Files, fleet: VpnKind) -> anyhow::Result<Self> {
+        let kind = fleet.other();
+        let tunnel = of(kind, files);
+        let names = tunnel.names()?;
+        Ok(Self { kind, names, paths: tunnel.written().into_iter().filter(|path| path.exists()).collect() })
+    }
+
+    pub(super) const fn is_empty(&self) -> bool {
+        self.names.is_empty() && self.paths.is_empty()
+    }
+
+    pub(super) fn tell(&self) {
+        for name in &self.names {
+            say!("will end the key of {name} by {}, which is not the fleet's VPN", self.kind.name());
+        }
+        for path in &self.paths {
+            say!("will remove {}", path.display());
+        }
+    }
+
+    /// Ends these keys, and removes these files. A vessel that goes over to the fleet's VPN has no second way in.
+    pub(super) fn end(&self, files: &Files, now: UtcTime) -> anyhow::Result<()> {
+        for name in &self.names {
+            of(self.kind, files).forget(name, now)?;
+        }
+        self.remove_files()
+    }
+
+    /// Removes the files for root alone.
+    pub(super) fn remove_files(&self) -> anyhow::Result<()> {
+        for path in &self.paths {
+            let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+            removed.with_context(|| format!("cannot remove {}", path.display()))?;
+        }
+        Ok(())
+    }
 }
 
 /// Where root's copy of the firewall's rules is loaded from.
@@ -85,17 +141,28 @@ pub(super) fn firewall(folder: &Path) -> PathBuf {
 }
 
 /// The members of the VPN: vessels of the fleet that have a key, then those that are no longer in the file and not revoked.
-fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<Member>> {
-    let mut members = Vec::new();
+/// A file that is damaged is reported, and holds up no other vessel.
+fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Vec<Member>, Vec<String>)> {
+    let (mut members, mut damaged) = (Vec::new(), Vec::new());
     for vessel in &fleet.vessels {
-        if tunnel.address(&vessel.name)?.is_some() {
+        let is_in = match tunnel.address(&vessel.name) {
+            Ok(address) => address.is_some(),
+            Err(error) => {
+                damaged.push(format!("{error:#}"));
+                tunnel.knows_by_name()
+            }
+        };
+        if is_in {
             members.push(Member { name: vessel.name.clone(), address: vessel.vpn_address });
         }
     }
     for name in left(tunnel, fleet)? {
-        members.extend(tunnel.address(&name)?.map(|address| Member { name, address }));
+        match tunnel.address(&name) {
+            Ok(address) => members.extend(address.map(|address| Member { name, address })),
+            Err(error) => damaged.push(format!("{error:#}")),
+        }
     }
-    Ok(members)
+    Ok((members, damaged))
 }
 
 /// Vessels that have a key of the VPN and are no longer in the file.
@@ -105,18 +172,18 @@ pub(super) fn left(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<Str
     Ok(names)
 }
 
-/// Every file of the VPN with its text.
-fn wanted(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<(PathBuf, String)>> {
-    let members = members(tunnel, fleet)?;
+/// Every file of the VPN with its text, and what is damaged.
+fn wanted(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Vec<(PathBuf, String)>, Vec<String>)> {
+    let (members, damaged) = members(tunnel, fleet)?;
     let addresses: Vec<Ipv4Addr> = members.iter().map(|member| member.address).collect();
     let mut wanted = tunnel.texts(fleet, &members)?;
     wanted.push((firewall(&tunnel.folder()), nftables(fleet, &addresses)));
-    Ok(wanted)
+    Ok((wanted, damaged))
 }
 
 /// Whether files of the VPN differ from what they should be. The server has its key.
 pub(super) fn differs(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<bool> {
-    let wanted = wanted(tunnel, fleet)?;
+    let (wanted, _) = wanted(tunnel, fleet)?;
     for (path, text) in &wanted {
         if files::read(path)?.as_ref() != Some(text) {
             return Ok(true);
@@ -125,14 +192,32 @@ pub(super) fn differs(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<bool
     Ok(!stale(&tunnel.folder(), &wanted)?.is_empty())
 }
 
-/// Writes the files of the VPN where they differ, and removes those of vessels that have no place any more. Returns whether
-/// any did.
-pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<bool> {
+/// Outcome of [`write_vpn`].
+#[derive(Debug, Default)]
+pub(super) struct Written {
+    pub(super) changed: bool,
+    /// Vessels' files that cannot be read, each with its remedy. By WireGuard the new files leave these vessels out.
+    pub(super) damaged: Vec<String>,
+}
+
+impl Written {
+    /// Whether files changed.
+    ///
+    /// # Errors
+    /// Vessels' files cannot be read.
+    pub(super) fn whole(self) -> anyhow::Result<bool> {
+        ensure!(self.damaged.is_empty(), "{}", self.damaged.join("; "));
+        Ok(self.changed)
+    }
+}
+
+/// Writes the files of the VPN where they differ, and removes those of vessels that have no place any more.
+pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<Written> {
     let tunnel = of(fleet.vpn.kind, files);
     if !tunnel.has_shore()? {
-        return Ok(false);
+        return Ok(Written::default());
     }
-    let wanted = wanted(&*tunnel, fleet)?;
+    let (wanted, damaged) = wanted(&*tunnel, fleet)?;
     let mut changed = false;
     for (path, text) in &wanted {
         if files::read(path)?.as_ref() != Some(text) {
@@ -144,12 +229,11 @@ pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<bool> {
         files::remove(&path)?;
         changed = true;
     }
-    Ok(changed)
+    Ok(Written { changed, damaged })
 }
 
 /// Files of vessels, in the folder that OpenVPN looks into, that are not wanted.
 fn stale(folder: &Path, wanted: &[(PathBuf, String)]) -> anyhow::Result<Vec<PathBuf>> {
-    use anyhow::Context as _;
     let places = folder.join(provision::openvpn::PLACES);
     let entries = match fs::read_dir(&places) {
         Ok(entries) => entries,

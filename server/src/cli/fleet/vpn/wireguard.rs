@@ -76,8 +76,16 @@ impl Tunnel for WireGuard<'_> {
         files::remove(&self.path(name))
     }
 
+    fn knows_by_name(&self) -> bool {
+        false
+    }
+
     fn folder(&self) -> PathBuf {
         self.0.vpn()
+    }
+
+    fn written(&self) -> Vec<PathBuf> {
+        vec![self.configuration(), firewall(&self.folder())]
     }
 
     fn texts(&self, fleet: &Fleet, members: &[Member]) -> anyhow::Result<Vec<(PathBuf, String)>> {
