@@ -135,7 +135,7 @@ impl Towards<'_> {
     }
 
     /// No way from a corner to the goal is shorter (m).
-    pub(crate) fn from_corner_m(&self, corner: u32) -> f64 {
+    pub(crate) fn corner_to_goal_m(&self, corner: u32) -> f64 {
         let of_place = |(lengths_m, [least_m, most_m]): &(&[f32], [f64; 2])| {
             let length_m = f64::from(lengths_m[corner as usize]);
             if length_m.is_finite() { (length_m - most_m).max(least_m - length_m) } else { 0.0 }
@@ -244,9 +244,9 @@ mod tests {
                 let (length_m, held_m) = (length_m(&way), lengths_m[corner as usize]);
                 assert!((held_m - length_m).abs() < 0.05, "{held_m} m, by a search of its own {length_m} m");
                 assert!(
-                    towards.from_corner_m(corner) <= held_m,
+                    towards.corner_to_goal_m(corner) <= held_m,
                     "{} m of {held_m} m",
-                    towards.from_corner_m(corner)
+                    towards.corner_to_goal_m(corner)
                 );
             }
         }

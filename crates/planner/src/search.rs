@@ -407,7 +407,7 @@ impl<'a> Search<'a> {
         if !held_m.is_nan() {
             return held_m;
         }
-        let rest_m = self.goal.as_ref().map_or(0.0, |goal| goal.towards.from_corner_m(corner));
+        let rest_m = self.goal.as_ref().map_or(0.0, |goal| goal.towards.corner_to_goal_m(corner));
         self.rest_m[corner as usize] = rest_m;
         rest_m
     }
