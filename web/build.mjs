@@ -79,7 +79,7 @@ await build({
 });
 await copyFile("node_modules/@fontsource-variable/atkinson-hyperlegible-next/LICENSE", join(made, "font-license.txt"));
 for (const icon of await readdir("icons")) await copyFile(join("icons", icon), join(made, icon));
-// Whoever compiles or serves at this moment sees the old bundle or the new one, hardly ever none.
+// A build or a server at this moment finds the old bundle or the new one.
 await rm("dist", { recursive: true, force: true });
 await rename(made, "dist");
 

@@ -155,6 +155,26 @@ test("a text within a text has its own words, and what has none stays as it is",
   }
 });
 
+test("words that failed to load are asked for again", async () => {
+  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-speak-")), "nb.mjs");
+  await build({ entryPoints: [join(web, "src/words/nb.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
+  const { speak } = await import(outfile);
+  const answers = [() => Promise.reject(new TypeError("no network")), () => Promise.resolve(pack({ "{n} note.": "{n} notat." }))];
+  let asked = 0;
+  speak(pack({ Vessel: "Fartøy" }), () => answers[asked++]());
+  try {
+    await globalThis.lutraMoreWords();
+    assert.deepEqual(["Vessel", "{n} note."].map(globalThis.lutraWords), ["Fartøy", undefined]);
+    await Promise.all([globalThis.lutraMoreWords(), globalThis.lutraMoreWords()]);
+    assert.equal(globalThis.lutraWords("{n} note."), "{n} notat.");
+    await globalThis.lutraMoreWords();
+    assert.equal(asked, 2, "each file is fetched once");
+  } finally {
+    delete globalThis.lutraWords;
+    delete globalThis.lutraMoreWords;
+  }
+});
+
 test("a packed catalogue gives each of its texts again and nothing else", () => {
   const said = unpack(pack(nb));
   for (const [english, text] of Object.entries(nb)) assert.equal(said(english), text);
