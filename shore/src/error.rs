@@ -109,8 +109,8 @@ impl From<Fault> for Error {
             ),
             Fault::Hangs => {
                 let text = say(
-                    "app.db does not answer: does its disk hang, or has another program locked it? What was \
-                                asked may be done once it answers: look before asking again",
+                    "app.db does not answer: does its disk hang, or has another program locked it? What you \
+                     asked for may still be done when it answers: look before you ask again",
                 );
                 Self::new(ErrorKind::Unavailable, text)
             }

@@ -136,8 +136,8 @@ test("a text within a text has its own words, and what has none stays as it is",
   await build({ entryPoints: [join(web, "src/words/words.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
   const { worded, withWords } = await import(outfile);
   const field = (name, template) => ({ template: "{field}: {text}", values: { field: name }, parts: { text: [{ template, values: { count: "3", most: "2" } }] } });
-  const says = { template: "{lines}", values: {}, parts: { lines: [field("tags", "there are {count}, {most} may be"), { template: "{text}", values: { text: "the disk says {text}" } }] } };
-  assert.equal(worded({ text: "", says }), "tags: there are 3, 2 may be\nthe disk says {text}");
+  const says = { template: "{lines}", values: {}, parts: { lines: [field("tags", "there are {count}; at most {most} are allowed"), { template: "{text}", values: { text: "the disk says {text}" } }] } };
+  assert.equal(worded({ text: "", says }), "tags: there are 3; at most 2 are allowed\nthe disk says {text}");
   let fetched = 0;
   globalThis.lutraWords = () => undefined;
   globalThis.lutraMoreWords = async () => {
@@ -146,7 +146,7 @@ test("a text within a text has its own words, and what has none stays as it is",
   };
   try {
     await withWords(undefined, says);
-    assert.equal(worded({ text: "", says }), "tags: det er 3, høyst 2 er tillatt\nthe disk says {text}");
+    assert.equal(worded({ text: "", says }), "tags: det er 3; høyst 2 er tillatt\nthe disk says {text}");
     await withWords(says);
     assert.equal(fetched, 1, "nothing is fetched for what is known");
   } finally {

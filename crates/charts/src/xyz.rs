@@ -43,7 +43,7 @@ pub enum XyzProblem {
     #[error(transparent)]
     Place(#[from] UtmError),
     /// No depth of the sea.
-    #[error("z = {0} m is no depth of the sea; check the order x y z and which way z counts")]
+    #[error("z = {0} m is not a depth of the sea; check the order x y z and which way z counts")]
     Depth(f64),
 }
 

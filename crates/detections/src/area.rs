@@ -39,7 +39,7 @@ impl fmt::Display for NoArea {
             Self::Corner(at) => {
                 write!(
                     out,
-                    "corner {at} is no place; write it as latitude,longitude in degrees, like 63.44,10.35"
+                    "corner {at} is not a place; write it as latitude,longitude in degrees, like 63.44,10.35"
                 )
             }
             Self::Side(at) => write!(

@@ -21,7 +21,9 @@ pub struct NoTag;
 
 impl fmt::Display for NoTag {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("this is no tag: write protocol and number, like S256-101, or the number alone, like 101")
+        f.write_str(
+            "this is not a tag: write protocol and number, like S256-101, or the number alone, like 101",
+        )
     }
 }
 

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GeoJsonError {
     /// No JSON.
-    #[error("this is no JSON: {0}; fetch the file again")]
+    #[error("this is not JSON: {0}; fetch the file again")]
     Json(String),
     /// A type that is not valid, or that holds neither points nor lines.
     #[error("{place}: a {found} is neither point nor line; export points and lines as a FeatureCollection")]
@@ -36,7 +36,7 @@ pub enum GeoJsonError {
         place: String,
     },
     /// A position that is not valid.
-    #[error("{place}: {found} is no longitude and latitude in degrees; convert the file to EPSG:4326")]
+    #[error("{place}: {found} is not longitude and latitude in degrees; convert the file to EPSG:4326")]
     Position {
         /// Where.
         place: String,

@@ -101,7 +101,7 @@ pub enum StoreError {
         extra: usize,
     },
     /// As much waits to be written as may.
-    #[error("{waiting} bytes wait for the disk, which is as much as may; commit before accepting more")]
+    #[error("{waiting} bytes wait for the disk, which is the most; commit before accepting more")]
     Full {
         /// Bytes that wait.
         waiting: usize,

@@ -56,8 +56,7 @@ async fn counted<R: Send + 'static>(
     count: impl FnOnce() -> R + Send + 'static,
 ) -> Result<R, ApiError> {
     let place =
-        place(counts, say("As many count detections as may; it is your turn in a moment, ask again then."))
-            .await?;
+        place(counts, say("Too many people are counting detections now; try again in a moment.")).await?;
     let count = move || {
         let _place = place;
         count()
@@ -86,7 +85,7 @@ pub(crate) async fn size(
     let asked = summary_of(query);
     let history = state.shore.history.clone();
     let place =
-        place(&history.sizes, say("As many sizes as may are looked at; ask again in a moment.")).await?;
+        place(&history.sizes, say("Too many sizes are being worked out; try again in a moment.")).await?;
     let explorer = history.explorer.clone();
     let prepare = move |reader: &mut Reader| {
         let systems = export::systems(reader, &vessels, &named, &may)?;

@@ -138,7 +138,7 @@ fn packets(deframer: &mut Deframer, node: &str) -> Vec<Incoming> {
             Frame::Packet { view, .. } => batch.push(Incoming::from(Bytes::copy_from_slice(view.bytes()))),
             Frame::Damage(damage) => {
                 metrics::counter!("lutra_damaged_bytes_total", "transport" => "tcp").increment(damage.bytes);
-                tracing::debug!(%node, ?damage, "bytes that are no packet");
+                tracing::debug!(%node, ?damage, "bytes that are not a packet");
             }
         }
     }

@@ -355,7 +355,7 @@ async fn webhooks_lead_to_public_addresses_only_unless_the_configuration_says_so
         async move { notices.add(&nils, String::new(), ask(Way::Webhook, url)).await.err().unwrap().text }
     };
     assert!(refused("http://example.org/").await.contains("https://"));
-    assert!(refused("there").await.contains("is no URL"));
+    assert!(refused("there").await.contains("is not a URL"));
     assert!(refused("https://me:secret@example.org/").await.contains("password"));
     let mail = office.notices.add(&office.nils, String::new(), ask(Way::Mail, "a@example.org")).await;
     assert!(mail.err().unwrap().text.contains("notices.mail.host"));

@@ -79,7 +79,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), Str
 
 fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<String>), String> {
     let mut value: Value =
-        serde_json::from_slice(bytes).map_err(|error| format!("this is no JSON: {error}"))?;
+        serde_json::from_slice(bytes).map_err(|error| format!("this is not JSON: {error}"))?;
     let Some(object) = value.as_object_mut().filter(|object| object.contains_key("abbrev")) else {
         return geojson::read(bytes).map_err(|error| error.to_string()).and_then(from_shapes);
     };
@@ -128,7 +128,7 @@ fn from_shapes(file: Shapes) -> Result<(PlanDocument, Vec<String>), String> {
         maneuvers.push(step(shape).map_err(|text| format!("feature {number}: {text}"))?);
     }
     if maneuvers.is_empty() {
-        return Err("there are no points and lines in it".to_owned());
+        return Err("it has no points or lines".to_owned());
     }
     let text = file.properties.get("description").and_then(Value::as_str).unwrap_or_default();
     let plan = PlanDocument {

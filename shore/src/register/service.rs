@@ -177,9 +177,8 @@ impl Register {
             return Ok(answer);
         }
         let Some(seen) = query.version else {
-            let text = say(
-                "version: give that of the answer which told what would be changed; ask for that without apply",
-            );
+            let text =
+                say("version: give the one in the answer that lists the changes; ask for it without apply");
             return Err(malformed(text));
         };
         if seen != version {

@@ -49,7 +49,7 @@ fn hostile_gpx_is_refused_with_its_place() {
         ("<gpx>\n<rte>\n<rtept lat='NaN' lon='0'/></rte></gpx>", "line 3: <rtept> needs lat"),
         ("<gpx>\n<rte><rtept/></rte></gpx>", "it has neither"),
         ("<gpx><rte>", "ends within <rte>"),
-        ("<gpx>\n\n</rte>", "line 3: this is no XML"),
+        ("<gpx>\n\n</rte>", "line 3: this is not XML"),
         ("<!DOCTYPE gpx [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><gpx/>", "no <!DOCTYPE>"),
         ("<gpx><name>&b;</name></gpx>", "&b; is unknown"),
         (&deep, "more than 64 deep"),

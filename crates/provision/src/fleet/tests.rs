@@ -186,7 +186,7 @@ fn the_vpn_is_wireguard_unless_the_file_says_openvpn() {
     let told: Vec<_> = problems.iter().map(|one| (one.line, one.text.as_str())).collect();
     assert_eq!(told.len(), 2, "{told:?}");
     assert!(
-        told[0].0 == line("kind = \"ipsec\"") && told[0].1.contains("is no VPN that Lutra sets up"),
+        told[0].0 == line("kind = \"ipsec\"") && told[0].1.contains("is not a VPN that Lutra sets up"),
         "{told:?}"
     );
     assert_eq!(told[1].0, line("10.9.0.12"));

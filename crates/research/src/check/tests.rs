@@ -75,13 +75,15 @@ fn what_cannot_be_is_told_at_its_field() {
         animal(|one| (one.capture_us, one.release_us) = (Some(2), Some(1)))
             .starts_with("release_time: is before")
     );
-    assert!(animal(|one| one.release_us = Some(-1)).starts_with("release_time: -1 is no time"));
+    assert!(animal(|one| one.release_us = Some(-1)).starts_with("release_time: -1 is not a time"));
     let person = RegisterPerson {
         name: "Kari".to_owned(),
         orcid: "0000-0002-1825-0098".to_owned(),
         ..RegisterPerson::default()
     };
-    assert!(told(&RegisterRecord::Person(person))[0].starts_with("orcid: `0000-0002-1825-0098` is no ORCID"));
+    assert!(
+        told(&RegisterRecord::Person(person))[0].starts_with("orcid: `0000-0002-1825-0098` is not an ORCID")
+    );
     assert!(told(&tag("t", 7, Some(5), Some(5)))[0].starts_with("to_time: is not after"));
     let interval = RegisterTag {
         protocol: "S256".to_owned(),

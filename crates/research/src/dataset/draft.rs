@@ -57,7 +57,7 @@ pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         if letters > most {
             wrong.push((
                 field,
-                say("has {letters} letters, {most} may be: shorten it")
+                say("has {letters} characters; at most {most} are allowed: shorten it")
                     .with("letters", letters)
                     .with("most", most),
             ));
@@ -72,7 +72,7 @@ pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     }
     if !draft.embargo_until.is_empty() && embargo_us(&draft.embargo_until).is_none() {
         let text =
-            say("`{text}` is no day; write it like 2027-01-31").with("text", shown(&draft.embargo_until));
+            say("`{text}` is not a day; write it like 2027-01-31").with("text", shown(&draft.embargo_until));
         wrong.push(("embargo_until", text));
     }
     wrong.extend(wrong_authors(draft, study));
@@ -107,7 +107,9 @@ fn wrong_authors(draft: &mut DatasetDraft, study: &Study) -> Option<Wrong> {
     (draft.authors.len() > AUTHORS).then(|| {
         (
             "authors",
-            say("there are {count}, {most} may be").with("count", draft.authors.len()).with("most", AUTHORS),
+            say("there are {count}; at most {most} are allowed")
+                .with("count", draft.authors.len())
+                .with("most", AUTHORS),
         )
     })
 }
@@ -117,7 +119,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     let mut wrong: Vec<Wrong> = Vec::new();
     for (field, time) in [("from_us", query.from_us), ("to_us", query.to_us)] {
         if time.is_some_and(|time| !TIMES_US.contains(&time)) {
-            wrong.push((field, say("is no time from 1970 to 2255; give µs since 1970 UTC")));
+            wrong.push((field, say("is not a time from 1970 to 2255; give µs since 1970 UTC")));
         }
     }
     if query.from_us.zip(query.to_us).is_some_and(|(from, to)| to <= from) {
@@ -133,7 +135,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         if count > NAMES {
             wrong.push((
                 field,
-                say("there are {count}, {most} may be").with("count", count).with("most", NAMES),
+                say("there are {count}; at most {most} are allowed").with("count", count).with("most", NAMES),
             ));
         }
     }
@@ -205,7 +207,7 @@ pub fn doi(text: &str) -> Result<String, Wording> {
     if is_good {
         return Ok(bare.to_owned());
     }
-    Err(say("`{text}` is no DOI; write it like 10.5281/zenodo.1234, or leave it empty")
+    Err(say("`{text}` is not a DOI; write it like 10.5281/zenodo.1234, or leave it empty")
         .with("text", shown(text)))
 }
 
