@@ -135,7 +135,7 @@ async fn what_cannot_be_sent_or_is_no_order_says_why() {
         (r#"{"order":{"kind":"goto","lat_deg":99,"lon_deg":0,"speed_mps":1},"window":"a"}"#, "latitude"),
         (r#"{"order":{"kind":"goto","lat_deg":9,"lon_deg":0,"speed_mps":99},"window":"a"}"#, "speed_mps"),
         (r#"{"order":{"kind":"plan.start","plan_id":""},"window":"a"}"#, "plan_id"),
-        (r#"{"order":{"kind":"plan.stop"},"window":"another"}"#, "another of your windows"),
+        (r#"{"order":{"kind":"plan.stop"},"window":"another"}"#, "Another of your windows"),
     ] {
         let (status, text) = post(&shore, "commands", &token, body).await;
         assert!(status.is_client_error() && text.contains(wrong), "{body}: {status} {text}");

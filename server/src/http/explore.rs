@@ -100,9 +100,10 @@ pub(crate) async fn size(
         FoundRanks::Whole(ranks) => ranks,
         FoundRanks::Reading => return Err(still_reads()),
         FoundRanks::TooMany => {
-            let text = "there are more detections than the server counts beforehand; choose a shorter time, or \
-                        download without knowing the size";
-            return Err(StoreError::Query(text.into()).into());
+            return Err(ApiError::bad_request(say(
+                "there are more detections than the server counts beforehand; choose a shorter time, or download \
+                 without knowing the size",
+            )));
         }
     };
     let range = TimeRange { from_us: question.from_us, to_us: question.to_us };

@@ -1,9 +1,9 @@
 //! The valid contents of a dataset's draft, its requirements for publication, and the citation of a version.
 
+use crate::asked;
 use crate::column::shown;
 use crate::study::Study;
 use api::{DatasetAuthor, DatasetDraft, DatasetVersion, Wording, say};
-use detections::{Area, TagFilter};
 use units::{Civil, UtcTime};
 
 /// Licences by SPDX: identifier, name, and the address of its text. The first is taken where none is chosen.
@@ -140,9 +140,8 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         }
     }
     query.tags = query.tags.iter().map(|tag| tag.trim().to_owned()).filter(|tag| !tag.is_empty()).collect();
-    if let Some((tag, error)) = query.tags.iter().find_map(|tag| Some((tag, tag.parse::<TagFilter>().err()?)))
-    {
-        wrong.push(("tags", say("`{tag}`: {error}").with("tag", shown(tag)).with("error", error)));
+    if let Some((tag, why)) = query.tags.iter().find_map(|tag| Some((tag, asked::tag(tag).err()?))) {
+        wrong.push(("tags", say("`{tag}`: {error}").with("tag", shown(tag)).with_said("error", why)));
     }
     let unknown = query.projects.iter().find(|name| study.project_named(name).is_none());
     if let Some(name) = unknown {
@@ -154,9 +153,9 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     let area = query.area.trim().to_owned();
     query.area = area;
     if !query.area.is_empty()
-        && let Err(error) = query.area.parse::<Area>()
+        && let Err(why) = asked::area(&query.area)
     {
-        wrong.push(("area", say("{error}").with("error", error)));
+        wrong.push(("area", why));
     }
     wrong
 }
