@@ -30,7 +30,7 @@ await inBrowser(async (open) => {
   await page.getByText("Det finnes alt en person admin.").waitFor();
   await page.goto(`${url}/admin/vessels`);
   const vessel = page.locator('form[action="/admin/vessel"]');
-  for (const [name, address, told] of [["nord", "here", "here er ingen IMC-adresse; skriv en som 2068 eller 0x0814."], ["no rd", String(BOAT), "Et fartøys navn har 1 til 64 bokstaver, sifre og . _ -."]]) {
+  for (const [name, address, told] of [["nord", "here", "here er ikke en IMC-adresse; skriv for eksempel 2068 eller 0x0814."], ["no rd", String(BOAT), "Et fartøys navn har 1 til 64 tegn: bokstaver, sifre og . _ -."]]) {
     await vessel.getByLabel("Navn").fill(name);
     await vessel.getByLabel("IMC-adresse").fill(address);
     await vessel.getByRole("button", { name: "Legg til" }).click();
