@@ -14,13 +14,16 @@ export const SHARED = ["import", "plans", "style"];
 /** Where what comes over the live sockets is worded: no request fails there, after which words could be fetched. */
 const OUTCOMES = /^crates\/(operations|hub)\/|^shore\/src\/(commands\/|router\/|error\.rs)|^server\/src\/(http\/(live|teleop)|web\/(error|guard))/;
 
-/** The sources that are loaded with `sources`, by the metafile of a bundle. */
+/** Parts that each of their pages loads by `soon`: their words come with the page's own. */
+export const SOON = ["src/plot/plots.ts"];
+
+/** The sources whose words are loaded with `sources`, by the metafile of a bundle. */
 export function reached(inputs, sources) {
   const seen = new Set();
   const visit = (source) => {
     if (seen.has(source)) return;
     seen.add(source);
-    for (const { path, kind } of inputs[source]?.imports ?? []) if (kind !== "dynamic-import") visit(path);
+    for (const { path, kind } of inputs[source]?.imports ?? []) if (kind !== "dynamic-import" || SOON.includes(path)) visit(path);
   };
   sources.forEach(visit);
   return seen;
