@@ -105,7 +105,7 @@ impl From<Fault> for Error {
             Fault::NotYet(text) => Self::new(ErrorKind::PasswordChange, text),
             Fault::Busy => Self::new(
                 ErrorKind::Busy,
-                say("Too many passwords are looked at: try again in some seconds."),
+                say("Too many passwords are being checked: try again in some seconds."),
             ),
             Fault::Hangs => {
                 let text = say(

@@ -108,7 +108,8 @@ async fn receive<Given: Future<Output = Result<(), Stopped>>>(
             (heard, looked) = (Instant::now(), false);
             deframer.push(&buffer[..length]);
         } else if heard.elapsed() >= SILENCE && !std::mem::replace(&mut told, true) {
-            let silent = Said::from(say("silent for {s} s; the stream stands").with("s", SILENCE.as_secs()));
+            let silent =
+                Said::from(say("silent for {s} s; the connection is open").with("s", SILENCE.as_secs()));
             tracing::warn!(%node, "{silent}");
             ledger.failed(Transport::Tcp, Whose::Peer(node.to_owned()), silent);
         }

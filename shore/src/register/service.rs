@@ -313,7 +313,7 @@ fn problems(answer: &RegisterImport) -> Said {
         }
     });
     let more = (count > TOLD).then(|| say("… and {n} more").with("n", count - TOLD).into());
-    say("Nothing was taken of the file, which has {count} problems:\n{problems}")
+    say("Nothing was imported from the file, which has {count} problems:\n{problems}")
         .with("count", count)
         .with_lines("problems", told.chain(more))
         .into()

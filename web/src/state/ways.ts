@@ -11,7 +11,7 @@ export interface WaysText {
 }
 
 const WHY: Readonly<Record<string, string>> = {
-  only: t("the first that stood"),
+  only: t("the first that was up"),
   better: t("the fastest"),
   cheaper: t("the cheapest"),
   failover: t("another stopped answering"),
