@@ -103,7 +103,7 @@ mod tests {
         let fails = |text: &[u8]| read(text, utm, Vertical::DepthDown).unwrap_err().to_string();
         assert!(fails(b"269927 7044215 1\n269927 x 3").starts_with("line 2 at byte 17: it holds no three"));
         assert!(fails(b"7044215 269927 3").contains("check the order"));
-        assert!(fails(b"269927 7044215 7044215").contains("no depth"));
+        assert!(fails(b"269927 7044215 7044215").contains("not a depth"));
         assert!(fails(b"269927 7044215 nan").contains("no three numbers"));
     }
 }

@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn says_what_is_no_land() {
         let fails = |text: &str| read_polygons(text.as_bytes()).unwrap_err().to_string();
-        assert!(fails("[").contains("no JSON"));
+        assert!(fails("[").contains("not JSON"));
         assert!(fails(r#"{"type":"Point","coordinates":[1,2]}"#).contains("\"Point\" is not a polygon"));
         assert!(
             fails(r#"{"type":"Polygon","coordinates":[[[1,2],[3,4],[1,2]]]}"#).contains("four positions")

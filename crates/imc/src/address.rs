@@ -219,7 +219,11 @@ mod tests {
         assert_eq!("16385".parse(), Ok(Address(0x4001)));
         assert!("65536".parse::<Address>().is_err());
         assert!(
-            "nobody".parse::<Address>().unwrap_err().to_string().starts_with("`nobody` is not a registered")
+            "nobody"
+                .parse::<Address>()
+                .unwrap_err()
+                .to_string()
+                .starts_with("`nobody` is neither a registered")
         );
     }
 

@@ -402,7 +402,7 @@ impl Supervise {
                 if heard {
                     format!("not heard for {span}")
                 } else {
-                    format!("not heard since the start {span} ago")
+                    format!("none was heard since the start {span} ago")
                 }
             };
             if self.lost_comms.is_silent(context.bus.mono()) {

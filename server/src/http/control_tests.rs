@@ -59,7 +59,7 @@ async fn of_two_people_one_has_control_and_everything_is_written_down() {
     let given = lease(&shore, &one, r#"{"action":"grant","window":"a"}"#).await.unwrap();
     assert_ne!(given.holder.unwrap().name, name);
     // Taking over needs a reason, and the former holder can no longer command.
-    assert!(lease(&shore, &one, r#"{"action":"take"}"#).await.unwrap_err().contains("say why"));
+    assert!(lease(&shore, &one, r#"{"action":"take"}"#).await.unwrap_err().contains("Say why"));
     lease(&shore, &one, r#"{"action":"take","reason":"it drifts","window":"a"}"#).await.unwrap();
     assert_eq!(post(&shore, "commands", &two, START).await.0, StatusCode::CONFLICT);
 

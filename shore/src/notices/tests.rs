@@ -362,7 +362,7 @@ async fn webhooks_lead_to_public_addresses_only_unless_the_configuration_says_so
     // A name that resolves to this computer is detected at lookup.
     let made = office.add(ask(Way::Webhook, "https://localhost:1/")).await;
     let test = office.notices.test(&office.nils, made.id).await.unwrap();
-    assert!(test.outcome == "refused" && test.words.contains("no public address"), "{test:?}");
+    assert!(test.outcome == "refused" && test.words.contains("not a public address"), "{test:?}");
     assert!(office.notices.test(&office.nils, made.id + 1).await.is_err(), "nobody's rule");
 }
 

@@ -69,9 +69,9 @@ fn hostile_geojson_is_refused_with_its_place() {
             .to_string()
     };
     for (text, words) in [
-        ("{".to_owned(), "no JSON"),
+        ("{".to_owned(), "not JSON"),
         ("[]".to_owned(), "without a type"),
-        ("[".repeat(100_000), "no JSON"),
+        ("[".repeat(100_000), "not JSON"),
         (feature(json!({"type": "Polygon", "coordinates": []})), "feature 1: a \"Polygon\""),
         (feature(json!({"type": "Point", "coordinates": [10.4, 1e3]})), "feature 1: [10.4,1000.0]"),
         (feature(json!({"type": "Point", "coordinates": "x"})), "feature 1: \"x\""),

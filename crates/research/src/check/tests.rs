@@ -69,7 +69,7 @@ fn what_cannot_be_is_told_at_its_field() {
     assert!(animal(|one| one.aphia_id = Some(0)).starts_with("aphia_id: 0"));
     assert!(animal(|one| one.capture_lat_deg = Some(63.0)).starts_with("capture_lat_deg: a place"));
     assert!(animal(|one| one.name = "a\nb".to_owned()).starts_with("name: has several lines"));
-    assert!(animal(|one| one.name = "x".repeat(81)).starts_with("name: has 81 letters"));
+    assert!(animal(|one| one.name = "x".repeat(81)).starts_with("name: has 81 characters"));
     assert!(animal(|one| one.notes = "\u{7}".to_owned()).starts_with("notes: has control"));
     assert!(
         animal(|one| (one.capture_us, one.release_us) = (Some(2), Some(1)))

@@ -302,7 +302,7 @@ mod tests {
         );
         assert!(one(&|draft| draft.embargo_until = "31.1.2027".into()).starts_with("embargo_until: "));
         assert!(one(&|draft| draft.embargo_until = "2027-02-30".into()).starts_with("embargo_until: "));
-        assert!(one(&|draft| draft.title = "x".repeat(301)).starts_with("title: has 301 letters"));
+        assert!(one(&|draft| draft.title = "x".repeat(301)).starts_with("title: has 301 characters"));
         assert!(one(&|draft| draft.description = "\u{7}".into()).starts_with("description: has control"));
         let of_query = |query: DatasetQuery| one(&|draft| draft.query = query.clone());
         let empty = DatasetQuery::default;
