@@ -84,3 +84,8 @@ function mb({ today_bytes, daily_bytes }: LinkWay): string {
 function at(ways: LinkWays, place: number | null): LinkWay | undefined {
   return place === null ? undefined : ways.ways[place];
 }
+
+/** By which ways a vessel is heard, as people name them. */
+export function transportNames(transports: readonly string[]): string {
+  return transports.map((one) => (one === "link" ? t("link") : one)).join(", ");
+}
