@@ -10,8 +10,9 @@ import { fontPlugin } from "./scripts/fonts.mjs";
 import { openLayersPlugin } from "./scripts/openlayers.mjs";
 import { OWN, SHARED, wordsByBundle, wordsPlugin } from "./scripts/words.mjs";
 
-/** What a page may load before it is used, packed, with the words of Bokmål. */
-const MOST_KB = 256;
+/** What each page may load before it is used, packed, with the words of Bokmål, kB: a twentieth above what it does, so that growth
+ * is seen. The plots of a vessel come after it. */
+const MOST_KB = { fleet: 190, vessel: 237, plan: 258, nogo: 198, detections: 197, data: 89, explore: 205, register: 96, logbook: 95, missions: 93, mission: 98, datasets: 95, dataset: 104, import: 78, plans: 88, style: 84 };
 
 const made = "dist.new";
 await rm(made, { recursive: true, force: true });
@@ -79,7 +80,7 @@ await build({
 });
 await copyFile("node_modules/@fontsource-variable/atkinson-hyperlegible-next/LICENSE", join(made, "font-license.txt"));
 for (const icon of await readdir("icons")) await copyFile(join("icons", icon), join(made, icon));
-// Whoever compiles or serves at this moment sees the old bundle or the new one, hardly ever none.
+// A build or a server at this moment finds the old bundle or the new one.
 await rm("dist", { recursive: true, force: true });
 await rename(made, "dist");
 
@@ -98,5 +99,5 @@ for (const page of [...OWN, ...SHARED]) {
   const kB = Math.round([...loaded].reduce((sum, path) => sum + sizes[path], 0) / 1024);
   const words = Math.round([...reach(of(`lutra:nb/${OWN.includes(page) ? page : "others"}`))].reduce((sum, path) => sum + sizes[path], 0) / 1024);
   console.log(`web/dist: the page ${page} loads ${kB} kB; in Bokmål ${words} kB more`);
-  if (kB + words > MOST_KB) throw new Error(`the page ${page} may weigh ${MOST_KB} kB at most`);
+  if (!(kB + words <= MOST_KB[page])) throw new Error(`the page ${page} weighs ${kB + words} kB; ${MOST_KB[page]} kB are allowed: load less, or later`);
 }

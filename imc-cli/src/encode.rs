@@ -47,7 +47,7 @@ pub(crate) struct Encode {
 impl Encode {
     pub(crate) fn run(&self, out: &mut Output) -> anyhow::Result<Outcome> {
         if !self.hex && io::stdout().is_terminal() {
-            anyhow::bail!("packets are no text for a terminal: add --hex, or `> FILE`");
+            anyhow::bail!("packets are not text for a terminal: add --hex, or `> FILE`");
         }
         let order = self.big_endian.then_some(ByteOrder::Big);
         let defaults = ReadDefaults { order, ..ReadDefaults::default() };

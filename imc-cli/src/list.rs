@@ -54,7 +54,7 @@ impl List {
             }
         }
         if found == 0 {
-            report::note(&format!("none of the {} messages speaks of that", MESSAGES.len()));
+            report::note(&format!("not found in any of the {} messages", MESSAGES.len()));
             return Ok(Outcome::Damaged);
         }
         if !self.json {

@@ -124,7 +124,7 @@ fn every_hex_line_gives_one_line() {
     assert_eq!(classes, expected);
     assert_eq!(shown[2]["offset"], 2);
     assert_eq!((&shown[3]["offset"], &shown[3]["bytes"]), (&Value::from(22), &Value::from(22)));
-    assert_eq!(shown[4]["message"], "`s` in column 1 is no hexadecimal digit");
+    assert_eq!(shown[4]["message"], "`s` in column 1 is not a hexadecimal digit");
     assert_eq!(shown[6]["bytes"], 200_000);
     // Nothing of the excess is lost.
     let back = run(&["encode", "--hex"], shown[3].to_string().as_bytes()).expect(0);

@@ -93,7 +93,7 @@ fn listen_udp_tells_damage_with_its_sender_and_sends_nothing_unasked() {
     let listen =
         Running::start(&[&["listen", "udp", "-m", "EntityList", "-n", "1"], &OWN_PORTS[..]].concat());
     let (data, _) = ports(&listen.remark("listening on"));
-    listen.remark("nobody is told");
+    listen.remark("this console announces itself to no one");
     let mut broken = entity_list("a=1");
     broken[24] ^= 1;
     for datagram in [&broken, &heartbeat(1.0), &entity_list("b=2")] {

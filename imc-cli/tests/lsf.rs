@@ -93,7 +93,7 @@ fn info_tells_damage() {
     );
     assert_eq!(damage["undecodable"]["unknown_id"], 1);
     let text = run(&["lsf", "info", made.name()], b"").expect(1).text().to_owned();
-    assert!(text.contains("15 bytes in 2 places are no packets, the first at byte 22"), "{text}");
+    assert!(text.contains("15 bytes in 2 places are not packets, the first at byte 22"), "{text}");
     let packed = gzip(&good.repeat(2_000));
     let cut = Made::of(&packed[..packed.len() - 10]);
     let text = run(&["lsf", "info", cut.name()], b"").expect(1).text().to_owned();

@@ -81,7 +81,7 @@ fn clock_is_right() -> Result<String, String> {
 
 fn people_are_well(config: &Config) -> Result<String, String> {
     if !config.data.join("app.db").exists() {
-        return Ok(format!("none yet; the first start makes an admin in {}", config.data.display()));
+        return Ok(format!("no account yet; the first start makes an admin in {}", config.data.display()));
     }
     let (verdict, people) =
         identity::with(&config.data, look_at_people).map_err(|error| error.to_string())?;
@@ -107,7 +107,7 @@ async fn look_at_people(db: &mut identity::Connection) -> Result<(String, Vec<ap
 fn encryption(config: &Config, now: UtcTime) -> Check {
     let name = "encryption";
     if !config.tls.is_given() {
-        return check(name, Ok("none; the server serves loopback or a VPN".to_owned()));
+        return check(name, Ok("not used; the server serves loopback or a VPN".to_owned()));
     }
     let file = config.tls.certificate.display();
     let facts = match Pair::read(&config.tls) {

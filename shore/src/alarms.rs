@@ -482,7 +482,9 @@ pub fn room(folder: &Path) -> Option<(u64, u64)> {
 /// Who may not acknowledge or shelve an alarm of a vessel, or of the server.
 fn not_operator(who: &Principal, vessel: Option<u16>) -> Wording {
     let text = match vessel {
-        None => say("{name} may not do this: it takes the role operator on a vessel. Ask an admin."),
+        None => {
+            say("{name} may not do this: it takes the role operator on at least one vessel. Ask an admin.")
+        }
         Some(vessel) => {
             say("{name} may not do this: it takes the role operator on vessel {vessel}. Ask an admin.")
                 .with("vessel", vessel)

@@ -105,12 +105,12 @@ impl From<Fault> for Error {
             Fault::NotYet(text) => Self::new(ErrorKind::PasswordChange, text),
             Fault::Busy => Self::new(
                 ErrorKind::Busy,
-                say("Too many passwords are looked at: try again in some seconds."),
+                say("Too many passwords are being checked: try again in some seconds."),
             ),
             Fault::Hangs => {
                 let text = say(
-                    "app.db does not answer: does its disk hang, or has another program locked it? What was \
-                                asked may be done once it answers: look before asking again",
+                    "app.db does not answer: does its disk hang, or has another program locked it? What you \
+                     asked for may still be done when it answers: look before you ask again",
                 );
                 Self::new(ErrorKind::Unavailable, text)
             }
@@ -124,6 +124,11 @@ impl From<StoreError> for Error {
     fn from(error: StoreError) -> Self {
         match error {
             StoreError::Query(text) => Self::new(ErrorKind::Malformed, Said::as_is(text)),
+            StoreError::Asked(why) => {
+                let text =
+                    why.downcast().map_or_else(|why| Said::as_is(why.to_string()), |said: Box<Said>| *said);
+                Self::new(ErrorKind::Malformed, text)
+            }
             StoreError::Cancelled => Stopped.into(),
             error => no_room(&error).unwrap_or_else(|| Self::internal(&error)),
         }
@@ -153,10 +158,14 @@ impl From<operations::NotOrdered> for Error {
     }
 }
 
+/// A question that has no answer as it was asked, in words that the catalogue has.
+pub(crate) fn asked_wrong(text: impl Into<Said>) -> StoreError {
+    StoreError::Asked(Box::new(text.into()))
+}
+
 impl From<LeaseRefused> for Error {
     fn from(why: LeaseRefused) -> Self {
-        // A page makes its own words of the detail.
-        let text = Said::as_is(why.to_string());
+        let text = why.said();
         let control = match why {
             LeaseRefused::NotYours(NotYours::Free) => NoControl::Free,
             LeaseRefused::NotYours(NotYours::Held(by)) => NoControl::Held { by },
@@ -165,7 +174,7 @@ impl From<LeaseRefused> for Error {
             LeaseRefused::NobodyWaits => NoControl::NobodyWaits,
             LeaseRefused::AnotherWaits(by) => NoControl::Asked { by, within_s: ANSWER_WITHIN.as_secs() },
             LeaseRefused::NoReason(by) => NoControl::ReasonNeeded { by },
-            LeaseRefused::TooLong { most, .. } => NoControl::TooLong { most: most as u64 },
+            LeaseRefused::TooLong(most) => NoControl::TooLong { most: most as u64 },
         };
         Self { detail: Some(Box::new(Detail::Control(control))), ..Self::new(ErrorKind::NoControl, text) }
     }

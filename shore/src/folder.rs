@@ -131,7 +131,7 @@ pub fn check(folder: &Path) -> anyhow::Result<()> {
         return Ok(());
     }
     bail!(
-        "{} is no folder of Lutra's: it holds {first}, and nothing that a server wrote. Nothing was changed; choose an \
+        "{} is not a folder of Lutra's: it holds {first}, and nothing that a server wrote. Nothing was changed; choose an \
          empty or a new folder, or that of a server",
         folder.display()
     )

@@ -37,7 +37,7 @@ impl Key {
     /// It is empty or too long.
     pub(crate) fn new(made: Made, person: i64, key: Option<String>) -> Result<Option<Self>> {
         if key.as_ref().is_some_and(|key| key.is_empty() || key.chars().count() > LETTERS) {
-            let text = say("key: give 1 to {most} characters, or none").with("most", LETTERS);
+            let text = say("key: give 1 to {most} characters, or leave it out").with("most", LETTERS);
             return Err(Error::new(ErrorKind::Malformed, text));
         }
         Ok(key.map(|text| Self { made, person, text }))

@@ -53,7 +53,7 @@ impl Reports {
         {
             let (least, most) = NAME.into_inner();
             return Err(Error::refused(
-                say("plan_id: give {least} to {most} letters, none of control")
+                say("plan_id: give {least} to {most} characters, without control characters")
                     .with("least", least)
                     .with("most", most),
             ));
@@ -95,7 +95,7 @@ impl Reports {
         let under_way = PlanUnderWay { plan_id: Some(plan_id), maneuver, ..nothing };
         let Some(plan) = plan else {
             let trouble =
-                "The vessel has not reported this plan, and none kept ashore has its digest.".to_owned();
+                "The vessel has not reported this plan, and no plan ashore has its digest.".to_owned();
             return Ok(PlanUnderWay { trouble: Some(trouble), ..under_way });
         };
         // Laying out a long plan takes some milliseconds and must not block other tasks.

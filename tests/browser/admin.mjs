@@ -119,10 +119,10 @@ await inBrowser(async (open) => {
   await page.getByRole("row", { name: /people ● well 2 accounts/ }).waitFor();
   await page.getByText(/lutra-server --data .* backup/).waitFor();
   await page.getByLabel(/^Months of the history/).fill("tomorrow");
-  await page.getByRole("button", { name: "Tell what would go" }).click();
+  await page.getByRole("button", { name: "Show what would be removed" }).click();
   await page.getByRole("alert").getByText("tomorrow: no time in ISO 8601").waitFor();
   await page.getByLabel(/^Months of the history/).fill("2026-01-01");
-  await page.getByRole("button", { name: "Tell what would go" }).click();
+  await page.getByRole("button", { name: "Show what would be removed" }).click();
   await page.getByText("Nothing is as old as that.").waitFor();
   await look(page, "admin-storage");
 

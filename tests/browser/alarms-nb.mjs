@@ -36,7 +36,7 @@ await inBrowser(async (open) => {
   await page.locator(".system").getByText(/advarsel: 24 % lading igjen/).waitFor();
   await bar.locator(".open").click();
   const row = (kind) => bar.locator(`[data-alarm="${kind}"]`);
-  await row("battery").getByText("Ta det hjem eller stans det der det kan hentes.").waitFor();
+  await row("battery").getByText("Ta det hjem eller stopp det der det kan hentes.").waitFor();
   await row("battery").getByText("Fartøyet kommer kanskje ikke hjem på egen hånd.").waitFor();
   await look(page, "alarms-bokmal");
   await row("battery").getByRole("button", { name: /^Kvitter/ }).click();

@@ -79,7 +79,7 @@ await inBrowser(async (open) => {
   check((await bar(viewer).getByRole("button", { name: /^Acknowledge/ }).count()) === 0, "a viewer cannot");
 
   // Nobody acknowledges: it becomes an alarm, and sounds as one.
-  await later(row(page, "not_heard").getByText("more urgent because nobody acknowledged it"), 20);
+  await later(row(page, "not_heard").getByText("more urgent because it was not acknowledged"), 20);
   await page.waitForFunction(() => window.tones >= 4);
   check((await bar(page).getAttribute("data-priority")) === "alarm", "it is an alarm now");
   const flashing = () => page.evaluate(() => document.querySelector(".alarms .counts").getAnimations({ subtree: true }).length);

@@ -30,7 +30,7 @@ await inBrowser(async (open) => {
   await page.getByText("Det finnes alt en person admin.").waitFor();
   await page.goto(`${url}/admin/vessels`);
   const vessel = page.locator('form[action="/admin/vessel"]');
-  for (const [name, address, told] of [["nord", "here", "here er ingen IMC-adresse; skriv en som 2068 eller 0x0814."], ["no rd", String(BOAT), "Et fartøys navn har 1 til 64 bokstaver, sifre og . _ -."]]) {
+  for (const [name, address, told] of [["nord", "here", "here er ikke en IMC-adresse; skriv for eksempel 2068 eller 0x0814."], ["no rd", String(BOAT), "Et fartøys navn har 1 til 64 tegn: bokstaver, sifre og . _ -."]]) {
     await vessel.getByLabel("Navn").fill(name);
     await vessel.getByLabel("IMC-adresse").fill(address);
     await vessel.getByRole("button", { name: "Legg til" }).click();
@@ -51,11 +51,15 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Enter");
   await page.getByText("En annen plan heter nordkysten; velg et annet navn.").first().waitFor();
 
-  // A table with mistakes: each in Norwegian, a text within a text too. Its words come when they are first needed.
+  // A table with mistakes: each in Norwegian, a text within a text too. Its words come when they are first needed, and at the
+  // next need where that failed.
+  await page.route("**/static/nb-rest-*.json", (route) => route.abort(), { times: 1 });
   await page.goto(`${url}/register`);
   await page.getByRole("button", { name: "Importer en tabell" }).click();
   const table = { name: "tags.csv", mimeType: "text/csv", buffer: Buffer.from("protocol,tag_id,animal\nS256,101,Salmon 13\nS256,x,\n") };
   const section = page.getByRole("region", { name: "Importer en tabell" });
+  await section.getByLabel("Fil").setInputFiles(table);
+  await section.getByText("`x` is not a whole number").waitFor();
   await section.getByLabel("Fil").setInputFiles(table);
   await section.getByText("`Salmon 13` finnes ikke i registeret (dyr); legg det inn i registeret først (dyr), eller la feltet stå tomt").waitFor();
   await section.getByText("`x` er ikke et helt tall").waitFor();

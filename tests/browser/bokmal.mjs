@@ -115,7 +115,7 @@ await inBrowser(async (open) => {
     await stays(path);
     await look(page, `bokmal${path.replaceAll("/", "-")}`);
   }
-  for (const [tab, words] of [["Plots", "Plott"], ["Values", "Verdier"], ["Entities", "Enheter"], ["Log book", "Loggbok"], ["Tags", "Merker"], ["Link loss", "Sambandsbrudd"], ["Parameters", "Parametre"]]) {
+  for (const [tab, words] of [["Plots", "Plott"], ["Values", "Verdier"], ["Entities", "Deler"], ["Log book", "Loggbok"], ["Tags", "Merker"], ["Link loss", "Sambandsbrudd"], ["Parameters", "Parametre"]]) {
     await page.goto(`${url}/vessels/${BOAT + 1}?tab=${encodeURIComponent(tab)}`);
     await page.getByRole("tab", { name: words, selected: true }).waitFor();
     await page.locator('[data-tile="mode"]').getByText("Utfører manøver").waitFor();

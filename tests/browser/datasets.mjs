@@ -47,7 +47,7 @@ await inBrowser(async (open) => {
   await form.getByRole("button", { name: "Nordmann, Kari one place up" }).click();
   await form.getByLabel("DOI, where it has one").fill("10.5281");
   await form.getByRole("button", { name: "Save the draft" }).click();
-  await form.getByText("`10.5281` is no DOI; write it like 10.5281/zenodo.1234, or leave it empty").waitFor();
+  await form.getByText("`10.5281` is not a DOI; write it like 10.5281/zenodo.1234, or leave it empty").waitFor();
   await form.getByLabel("DOI, where it has one").fill("https://doi.org/10.5281/zenodo.1234");
   await look(page, "dataset-form");
   await form.getByRole("button", { name: "Save the draft" }).click();

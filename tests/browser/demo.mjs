@@ -48,7 +48,7 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/admin/storage`);
   await page.getByRole("region", { name: "By vessel" }).getByRole("row", { name: /otter-1 .*iB 1 20/ }).waitFor();
   await page.getByLabel(/^Days of the archive/).fill("2100-01-01");
-  await page.getByRole("button", { name: "Tell what would go" }).click();
+  await page.getByRole("button", { name: "Show what would be removed" }).click();
   await page.getByText(/ prune --archive-before 2100-01-01 --yes/).waitFor();
   await look(page, "demo-storage");
 

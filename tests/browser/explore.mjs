@@ -244,7 +244,7 @@ await inBrowser(async (open) => {
   // What is wrong is said where it stands; nothing found is said with a remedy.
   await page.getByRole("textbox", { name: "Tags" }).fill("fish");
   await page.getByRole("button", { name: "Show", exact: true }).click();
-  await page.locator("#tags-wrong").getByText(/is no tag|like S256-101/).waitFor();
+  await page.locator("#tags-wrong").getByText(/is not a tag|like S256-101/).waitFor();
   await page.goto(`${url}/explore?tag=999`);
   await page.getByText("No tag was heard here in this time.").waitFor();
   await look(page, "explorer-empty");

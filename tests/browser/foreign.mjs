@@ -10,7 +10,7 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/vessels/2068?tab=Parameters`);
   const box = page.getByRole("tabpanel", { name: "Parameters" });
   await box.getByRole("textbox", { name: "Sample Rate of Navigation" }).waitFor();
-  await box.getByText("Read. 1 part of the vessel reported none.").waitFor();
+  await box.getByText("Read. 1 part of the vessel reported no parameters.").waitFor();
   check((await box.getByText("no description: not a parameter known to Lutra").count()) > 4, "nothing is made up");
   check((await box.locator("img, script, b").count()) === 0, "text from a vessel stays text");
   await box.getByText("<img src=x onerror=alert(1)>").first().waitFor();
@@ -18,7 +18,7 @@ await inBrowser(async (open) => {
   check((await long.getAttribute("aria-label")).length < 150 && (await long.inputValue()).length === 1_000, "what is enormous is cut");
   check(await long.evaluate((node) => node.readOnly && node.title.includes("Too long")), "what was cut is not written back");
   const wide = await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth);
-  check(wide, "the page is no wider than its window");
+  check(wide, "the page is not wider than its window");
   await look(page, "params-foreign");
 
   // It is written only after a second look, and what comes of it is told: this vessel never answers.

@@ -109,5 +109,5 @@ await inBrowser(async (open) => {
   for (let looks = 0; looks < 5; looks++) await painted();
   const pointed = await focus();
   check(pointed.at[0] > BEYOND_PX && !pointed.seen, `the field went out of the window: ${JSON.stringify(pointed)}`);
-  check(pointed.scrolled.every((px) => px === 0), `a click is no key: ${JSON.stringify(pointed)}`);
+  check(pointed.scrolled.every((px) => px === 0), `a click is not a key: ${JSON.stringify(pointed)}`);
 });

@@ -59,12 +59,12 @@ await inBrowser(async (open) => {
   // Typed, as it stands in a permit; what is no place is said, and nothing is taken.
   await text.fill(`${before[0]}\n63,4 10,3`);
   await text.press("Tab");
-  await page.getByText("Line 2 is no place").waitFor();
+  await page.getByText("Line 2 is not a place").waitFor();
   await drawn(4);
   // And nothing is saved with other corners than the text has: it stays, and stays in sight.
   await save.click();
   await page.getByText("Corners as text").click();
-  await page.getByText("Line 2 is no place").waitFor();
+  await page.getByText("Line 2 is not a place").waitFor();
   check((await text.inputValue()).endsWith("63,4 10,3"), `what was typed: ${await text.inputValue()}`);
   check(!(await page.request.get(`${url}/api/v1/no-go-areas`).then((answer) => answer.json())).areas.length, "nothing was closed");
   await text.fill("63°26.79'N 010°20.64'E\n63°26.79'N 010°20.76'E\n63.4471, 10.346");

@@ -30,17 +30,17 @@ await inBrowser(async (open) => {
   // What cannot be is said, the rule stays, and what was typed stands in its form.
   await form.getByLabel("Address or URL").fill("nowhere");
   await form.getByRole("button", { name: "Save the rule" }).click();
-  await page.getByRole("alert").getByText('"nowhere" is no URL; give one like https://example.org/hook.').waitFor();
+  await page.getByRole("alert").getByText('"nowhere" is not a URL; give one like https://example.org/hook.').waitFor();
   await row("/before").getByText("alarm and worse, all vessels, at once").waitFor();
 
   same(await form.getByLabel("Address or URL").inputValue(), "nowhere", "what was typed");
   const refused = page.locator('input[aria-invalid="true"]');
   same([await refused.inputValue(), await refused.evaluate((one) => document.activeElement === one)], ["nowhere", true], "the field that was refused, ready to be mended");
-  check((await refused.evaluate((one) => document.getElementById(one.getAttribute("aria-describedby")).textContent)).includes("is no URL"), "and why");
+  check((await refused.evaluate((one) => document.getElementById(one.getAttribute("aria-describedby")).textContent)).includes("is not a URL"), "and why");
   await form.getByLabel("Address or URL").fill("http://127.0.0.1:9/after");
   await form.getByLabel("Least priority").selectOption("warning");
   await form.getByLabel("Vessel").selectOption("otter-0");
-  await form.getByRole("combobox", { name: /^When/ }).selectOption({ label: "nobody acknowledged it for 5 min" });
+  await form.getByRole("combobox", { name: /^When/ }).selectOption({ label: "not acknowledged for 5 min" });
   await form.getByLabel("Also when it is over").check();
   await form.getByRole("button", { name: "Save the rule" }).click();
   await page.getByRole("status").getByText("The rule is changed.").waitFor();
@@ -52,7 +52,7 @@ await inBrowser(async (open) => {
   await adding.getByLabel("Address or URL").fill("nowhere either");
   await adding.getByLabel("Least priority").selectOption("caution");
   await adding.getByRole("button", { name: "Add rule" }).click();
-  await page.getByRole("alert").getByText('"nowhere either" is no URL').waitFor();
+  await page.getByRole("alert").getByText('"nowhere either" is not a URL').waitFor();
   same([await adding.getByLabel("Address or URL").inputValue(), await adding.getByLabel("Least priority").inputValue()], ["nowhere either", "caution"], "what was typed");
   same(await row("/after").locator("details.change[open]").count(), 0, "the form of another rule");
   await page.goto(`${url}/admin/audit`);

@@ -40,7 +40,7 @@ await inBrowser(async (open) => {
   const field = part.getByLabel("Address or URL");
   await field.fill("somewhere");
   await part.getByRole("button", { name: "Add rule" }).click();
-  await page.getByRole("alert").getByText('"somewhere" is no URL; give one like https://example.org/hook.').waitFor();
+  await page.getByRole("alert").getByText('"somewhere" is not a URL; give one like https://example.org/hook.').waitFor();
   check(!(await part.getByRole("list", { name: "Your rules" }).count()), "no rule is made");
 
   await field.fill(target);

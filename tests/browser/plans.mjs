@@ -150,7 +150,7 @@ await inBrowser(async (open) => {
   check((await page.getByLabel("Speed of all").inputValue()).startsWith("1.02888"), "in m/s");
   await page.getByLabel("Unit of all").selectOption("kn");
   check((await page.getByLabel("Speed of all").inputValue()) === "2", "and back in knots");
-  check(JSON.stringify((await stored(page)).plan) === asKept, "another unit is no change");
+  check(JSON.stringify((await stored(page)).plan) === asKept, "another unit is not a change");
 
   // The server is away: nothing is lost, not even by closing the page.
   console.log("kill the server");

@@ -42,15 +42,15 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Import a table" }).click();
   const section = page.getByRole("region", { name: "Import a table" });
   await section.getByLabel("File").setInputFiles(file("protocol,tag_id,animal,sensor_slope\nS256,101,Salmon 13,0.2\nS256,x,,\n"));
-  await section.getByText("2 problems: mend them").waitFor();
+  await section.getByText("2 problems: correct them").waitFor();
   await section.getByText("no animal is called `Salmon 13`; did you mean `Salmon 12`?").waitFor();
   await look(page, "register-problems");
-  same(await section.getByRole("button", { name: "Take it into the register" }).count(), 0, "nothing to take");
+  same(await section.getByRole("button", { name: "Import into the register" }).count(), 0, "nothing to take");
   await section.getByLabel("File").setInputFiles(file("protocol,tag_id,animal,sensor_slope\nS256,101,Salmon 12,0.2\nS256,102,,\n"));
   await section.getByText("1 new. 1 changed.").waitFor();
   await section.getByText("sensor_slope: – → 0.2").waitFor();
-  await section.getByRole("button", { name: "Take it into the register" }).click();
-  await section.getByText("Taken. 1 new. 1 changed.").waitFor();
+  await section.getByRole("button", { name: "Import into the register" }).click();
+  await section.getByText("Imported. 1 new. 1 changed.").waitFor();
   await page.getByRole("rowheader", { name: "S256-102" }).waitFor();
 
   // What another refers to is not deleted, and why is told.

@@ -167,7 +167,7 @@ await inBrowser(async (open) => {
   check((await where.getByRole("button", { name: /the chosen place/ }).count()) > 0, "it stays in the list");
   await page.getByLabel("Latitude, °").fill("on land");
   await go.click();
-  check(await page.getByLabel("Latitude, °").evaluate((node) => node.validationMessage.startsWith("like 63.44 or 63°")), "what is no place is said at its field");
+  check(await page.getByLabel("Latitude, °").evaluate((node) => node.validationMessage.startsWith("like 63.44 or 63°")), "what is not a place is said at its field");
   await page.getByLabel("Latitude, °").fill(String(WEST[0]));
   await page.getByLabel("Longitude, °").fill(String(WEST[1]));
   await go.click();

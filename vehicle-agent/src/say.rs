@@ -150,7 +150,7 @@ impl Voice {
                 sink.write_all(&line).ok();
                 let lost = counted.swap(0, Ordering::Relaxed);
                 if lost > 0 {
-                    tracing::warn!(lost, "lines were dropped: nobody read them");
+                    tracing::warn!(lost, "lines were dropped: they were not read in time");
                 }
             }
             sink.flush().ok();

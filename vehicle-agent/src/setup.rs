@@ -92,8 +92,9 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     match model(&general) {
         Some(model) => settings.mission.engine.model = model,
         None => {
-            doubts
-                .push("[General] the speed conversion is no rising table; the usual one is used".to_owned());
+            doubts.push(
+                "[General] the speed conversion is not a rising table; the usual one is used".to_owned(),
+            );
         }
     }
     settings.mission.limits.max_depth_m = general.get(&general::MAXIMUM_DEPTH);
@@ -307,7 +308,7 @@ fn parts(
         match settings.labels.find(label) {
             Some(entity) => found.push(entity),
             None if card(label) => found.extend([Entity::MotorPort, Entity::MotorStarboard]),
-            None => doubts.push(format!("[{}] `{label}` is no part that Lutra watches", section.name())),
+            None => doubts.push(format!("[{}] `{label}` is not a part that Lutra watches", section.name())),
         }
     }
     found

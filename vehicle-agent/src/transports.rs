@@ -115,7 +115,7 @@ fn datagrams(section: &Section, settings: &mut Settings, doubts: &mut Vec<String
     for (host, port) in section.get(&udp::STATIC_DESTINATIONS) {
         match format!("{host}:{port}").parse() {
             Ok(socket) => node.static_destinations.push(socket),
-            Err(_) => doubts.push(format!("[{}] `{host}:{port}` is no address", section.name())),
+            Err(_) => doubts.push(format!("[{}] `{host}:{port}` is not an address", section.name())),
         }
     }
 }

@@ -75,9 +75,9 @@ const hasWords = (template) => /\p{L}/u.test(template.replace(/\{\w+\}/g, ""));
 
 const matches = async (root, where, pattern) => (await readFile(`${root}/${where}`, "utf8")).matchAll(pattern);
 
-/** Where refusals and outcomes are worded, and which of these only the server's own pages say. */
+/** Where refusals and outcomes are worded, and which of these only the server's own pages say. Passwords are of links to datasets too. */
 const WORDED = ["crates/operations/src", "crates/hub/src", "crates/research/src", "shore/src", "server/src"];
-const ON_PAGES = /^shore\/src\/(identity|notices)\/|^server\/src\/(pages|transports)\//;
+const ON_PAGES = /^shore\/src\/(identity\/(?!password)|notices\/)|^server\/src\/(pages|transports)\//;
 
 /** Each `[text, where]` of what the server says of refusals and outcomes: `say("…")`, `fixed("…")`, why the downlink sends no order,
  * and why nobody steers by hand. `scripts`: those alone that reach a browser's scripts by the API. */

@@ -14,13 +14,16 @@ export const SHARED = ["import", "plans", "style"];
 /** Where what comes over the live sockets is worded: no request fails there, after which words could be fetched. */
 const OUTCOMES = /^crates\/(operations|hub)\/|^shore\/src\/(commands\/|router\/|error\.rs)|^server\/src\/(http\/(live|teleop)|web\/(error|guard))/;
 
-/** The sources that are loaded with `sources`, by the metafile of a bundle. */
+/** Parts that each of their pages loads by `soon`: their words come with the page's own. */
+export const SOON = ["src/plot/plots.ts"];
+
+/** The sources whose words are loaded with `sources`, by the metafile of a bundle. */
 export function reached(inputs, sources) {
   const seen = new Set();
   const visit = (source) => {
     if (seen.has(source)) return;
     seen.add(source);
-    for (const { path, kind } of inputs[source]?.imports ?? []) if (kind !== "dynamic-import") visit(path);
+    for (const { path, kind } of inputs[source]?.imports ?? []) if (kind !== "dynamic-import" || SOON.includes(path)) visit(path);
   };
   sources.forEach(visit);
   return seen;
@@ -42,20 +45,22 @@ export async function wordsByBundle(web, inputs, source) {
   return { ...Object.fromEntries(OWN.map((page) => [page, ofPages([page])])), others: ofPages(SHARED), rest: words([...said, ...scripts.filter(([, where]) => !first.has(where))]) };
 }
 
-/** For esbuild: `lutra:nb/NAME` says the words of that bundle, `lutra:words/NAME` holds them. */
+/** For esbuild: `lutra:nb/NAME` says the words of that bundle, `lutra:words/NAME` holds them; those of the rest are a file. */
 export function wordsPlugin(web, bundles) {
   return {
     name: "words",
     setup({ onResolve, onLoad }) {
-      onResolve({ filter: /^lutra:(nb|words)\// }, ({ path }) => ({ path, namespace: "lutra" }));
+      onResolve({ filter: /^lutra:(nb|words|rest)\// }, ({ path }) => ({ path, namespace: "lutra" }));
       onLoad({ filter: /^lutra:nb\//, namespace: "lutra" }, ({ path }) => ({
-        contents: `import { speak } from "./src/words/nb";
+        contents: `import { fetched, speak } from "./src/words/nb";
 import words from "${path.replace("nb", "words")}";
-speak(words, async () => (await import("lutra:words/rest")).default);`,
+import rest from "lutra:rest/nb-rest.json";
+speak(words, () => fetched(new URL(rest, import.meta.url)));`,
         loader: "ts",
         resolveDir: web,
       }));
       onLoad({ filter: /^lutra:words\//, namespace: "lutra" }, ({ path }) => ({ contents: JSON.stringify(pack(bundles[path.slice("lutra:words/".length)])), loader: "json" }));
+      onLoad({ filter: /^lutra:rest\//, namespace: "lutra" }, () => ({ contents: JSON.stringify(pack(bundles.rest)), loader: "file" }));
     },
   };
 }

@@ -29,7 +29,7 @@ test("areas come back for their plan, and leave nothing when there are none", ()
   assert.equal(local.kept.size, 0);
 });
 
-test("what is kept and is no area is left out", () => {
+test("what is kept and is not an area is left out", () => {
   for (const text of ["{", "5", "[[1,2,3]]", JSON.stringify([[area[0], area[1]]]), JSON.stringify([[...area, { lat_deg: 95, lon_deg: 0 }]])]) {
     const local = store();
     local.setItem("lutra.avoid.p", text);

@@ -22,9 +22,9 @@ test("a line is a place, as people write them", () => {
   assert.deepEqual(places(""), []);
 });
 
-test("what is no place is named by its line", () => {
+test("what is not a place is named by its line", () => {
   for (const line of ["x", "63.4455", "91, 10", "63, 181", "63,4455 10,344", "63°61'N 10°E", "63.5°26'N 10°E", "-63S 10", "63, 10, 5", "10°E 63°N"]) {
-    assert.match(cornersOfText(`63, 10\n${line}`).wrong, /^Line 2 is no place/, line);
+    assert.match(cornersOfText(`63, 10\n${line}`).wrong, /^Line 2 is not a place/, line);
   }
   assert.match(cornersOfText(Array.from({ length: 201 }, (_, n) => `63, ${n / 10}`).join("\n")).wrong, /201 corners, at most 200/);
 });

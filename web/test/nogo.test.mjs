@@ -30,8 +30,8 @@ test("what cannot be closed is named by its number, and nothing of the file is t
   const long = [...Array.from({ length: 201 }, (_, n) => [10 + n * 1e-4, 63 + (n % 2) * 1e-4]), [10, 63]];
   for (const [geometry, told] of [
     [polygon(ring(), ring(0.001)), /^Polygon 2: it has holes/],
-    [polygon([[10, 63], ["x", 63], [10, 64], [10, 63]]), /^Polygon 2: a corner is no longitude/],
-    [polygon([[200, 63], [10, 63], [10, 64], [200, 63]]), /^Polygon 2: a corner is no longitude/],
+    [polygon([[10, 63], ["x", 63], [10, 64], [10, 63]]), /^Polygon 2: a corner does not have longitude/],
+    [polygon([[200, 63], [10, 63], [10, 64], [200, 63]]), /^Polygon 2: a corner does not have longitude/],
     [polygon([[10, 63], [10.1, 63], [10, 63]]), /^Polygon 2: An area has three corners/],
     [polygon([[10, 63], [10.1, 63.1], [10.1, 63], [10, 63.1], [10, 63]]), /^Polygon 2: Two sides/],
     [polygon(long), /^Polygon 2: it has 201 corners/],

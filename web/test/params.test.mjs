@@ -42,7 +42,7 @@ test("rows tell what differs, and edits what will be written", () => {
   assert.deepEqual([...params.changesOf(rows)].map(([entity, of]) => [entity, of.map(params.changeText)]), [["Path", ["A: 12 → 15 m"]]], "what is wrong is not written");
   const found = (show, words) => rows.filter((row) => params.isShown(row, show, words)).map((row) => row.told.name);
   assert.deepEqual([found("all", ""), found("edited", ""), found("unsaved", ""), found("changed", "far"), found("all", "path c")], [["A", "B", "C"], ["A", "B"], ["A"], ["A"], ["C"]]);
-  assert.equal(params.withEdit(edits, params.keyOf("Path", "B"), "10.0", "10.0").size, 1, "typed back is no change");
+  assert.equal(params.withEdit(edits, params.keyOf("Path", "B"), "10.0", "10.0").size, 1, "typed back is not a change");
 });
 
 test("a written value counts by what the vessel tells afterwards", () => {
@@ -67,7 +67,7 @@ test("a parameter in m/s is read and typed in knots, and goes back in m/s", () =
   assert.equal(params.problemOf("9.719", about(limits)), "");
   assert.match(params.problemOf("9.72", about(limits)), /9.72 is not within 0.1944 to 9.719 kn/);
   const [many] = params.rowsOf(told(one("Speeds", "0.5, x", { about: about({ ...limits, items: 2 }) })), new Map());
-  assert.equal(many.shown.value, "0.5, x", "what is no number stays as it is");
+  assert.equal(many.shown.value, "0.5, x", "what is not a number stays as it is");
 });
 
 test("plans ashore and aboard stand side by side", () => {

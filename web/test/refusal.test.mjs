@@ -18,7 +18,7 @@ const plan = { name: "p", description: "", vessel: 5, repeat: false, maneuvers: 
 test("a verdict gives leg, spot and words of each refused leg", () => {
   const [one, turn] = spotsOf([reason(), reason({ part: "circle", code: "land", depth_m: null })], plan);
   assert.deepEqual(one, { text: "the way to P2 is too shallow, 2.5 m", label: "too shallow, 2.5 m", place: at(63.44, 10.35), from: at(63.44, 10.34), to: at(63.44, 10.36) });
-  assert.deepEqual([turn.label, turn.from], ["land", undefined], "a circle is no line");
+  assert.deepEqual([turn.label, turn.from], ["land", undefined], "a circle is not a line");
   assert.deepEqual(spotsOf([]), []);
 });
 

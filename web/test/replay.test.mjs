@@ -40,7 +40,7 @@ test("what stands still has a time within it, what follows the present has none"
   assert.equal(clock.within({ ...play, atUs: 7e6 }, range).atUs, range.fromUs);
 });
 
-test("zooming leaves the time where it is, and the present is no way out of the past", () => {
+test("zooming leaves the time where it is, and the present is not a way out of the past", () => {
   assert.deepEqual(clock.zoomedAbout(range, 1_020e6, 0.5, 9e9), { fromUs: 1_010e6, toUs: 1_060e6 });
   assert.deepEqual(clock.zoomedAbout(range, 1_020e6, 2, 1_150e6), { fromUs: 980e6, toUs: 1_150e6 });
   assert.deepEqual(clock.zoomedAbout(range, 1_020e6, 1e-9, 9e9), { fromUs: 1_019.8e6, toUs: 1_020.8e6 });

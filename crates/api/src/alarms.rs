@@ -293,11 +293,13 @@ impl ChartDifference {
                 "no sea chart aboard; the chart from shore could not be used: {why}"
             }
             (Self::Declined, true) => {
-                "another sea chart than ashore; the vessel is set up to take none from ashore"
+                "another sea chart than ashore; the vessel is set up not to take charts from ashore"
             }
-            (Self::Declined, false) => "no sea chart aboard; the vessel is set up to take none from ashore",
+            (Self::Declined, false) => {
+                "no sea chart aboard; the vessel is set up not to take charts from ashore"
+            }
             (Self::NoneAshore, true) => "there is no sea chart ashore to compare the vessel's with",
-            (Self::NoneAshore, false) => "no sea chart aboard, and none ashore",
+            (Self::NoneAshore, false) => "no sea chart aboard and no sea chart ashore",
         }
     }
 

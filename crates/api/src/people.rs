@@ -43,7 +43,7 @@ impl std::str::FromStr for Role {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|role| role.name() == text);
-        found.ok_or_else(|| format!("{text:?} is no role; it is viewer, researcher, operator or admin"))
+        found.ok_or_else(|| format!("{text:?} is not a role; it is viewer, researcher, operator or admin"))
     }
 }
 

@@ -194,6 +194,8 @@ impl fmt::Display for Said {
     }
 }
 
+impl std::error::Error for Said {}
+
 impl PartialEq<str> for Said {
     fn eq(&self, other: &str) -> bool {
         self.text == other

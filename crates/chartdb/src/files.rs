@@ -165,7 +165,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     let bytes = size_of(path)?;
     if bytes > MOST_CELL_BYTES {
         let problem = format!(
-            "{} MB are no S-57 cell, which has 5 MB at most; give the cells as their producer gives them",
+            "{} MB are too much for an S-57 cell, which has 5 MB at most; give the cells as their producer gives them",
             bytes >> 20
         );
         return Err(ChartDbError::file(path.display().to_string(), problem));
@@ -179,7 +179,7 @@ fn size_of(path: &Path) -> Result<u64> {
     if about.is_file() {
         return Ok(about.len());
     }
-    let problem = "this is no file but a pipe, a device or a folder; give the file itself";
+    let problem = "this is not a file but a pipe, a device or a folder; give the file itself";
     Err(ChartDbError::file(path.display().to_string(), problem))
 }
 

@@ -215,7 +215,7 @@ impl FileBytes {
         let about = file.metadata().map_err(|error| error.to_string())?;
         // A pipe would wait for ever.
         if !about.is_file() {
-            return Err("this is no file".to_owned());
+            return Err("this is not a file".to_owned());
         }
         Ok(Self { file, length: about.len() })
     }

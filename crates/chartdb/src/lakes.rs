@@ -47,7 +47,7 @@ impl Frame {
             Self::Degrees(_) => match at.place() {
                 Some(_) => Ok(at),
                 None => {
-                    Err(format!("{}, {} are no degrees; give the system by --epsg", at.lon_deg, at.lat_deg))
+                    Err(format!("{}, {} are not degrees; give the system by --epsg", at.lon_deg, at.lat_deg))
                 }
             },
             Self::Utm(utm) => {

@@ -276,7 +276,7 @@ impl ChartDb {
             let fail = || ChartDbError::Damaged {
                 path: self.path.clone(),
                 chart: chart.name.clone(),
-                problem: format!("table {table}, record {record} is no feature of Lutra's"),
+                problem: format!("table {table}, record {record} is not a feature of Lutra's"),
             };
             let mut feature = feature(row).named(&self.path)?.ok_or_else(fail)?;
             if table == "objects"

@@ -187,7 +187,7 @@ impl<'a> Blocks<'a> {
                 }
                 if count as u64 == LINE_BYTES && text.last() != Some(&b'\n') {
                     let problem =
-                        format!("line {}: it is no sounding, but very long", self.lines + lines + 1);
+                        format!("line {}: it is not a sounding, but very long", self.lines + lines + 1);
                     return Err(ChartDbError::file(self.path.display().to_string(), problem));
                 }
                 lines += 1;

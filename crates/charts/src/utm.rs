@@ -47,7 +47,7 @@ pub enum UtmError {
     Zone(u8),
     /// No such code.
     #[error(
-        "EPSG:{0} is no UTM zone of WGS 84 or ETRS89; \
+        "EPSG:{0} is not a UTM zone of WGS 84 or ETRS89; \
          convert the file to EPSG:25832, 25833, 25835, 326xx or 327xx"
     )]
     Epsg(u32),

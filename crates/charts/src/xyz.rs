@@ -43,7 +43,7 @@ pub enum XyzProblem {
     #[error(transparent)]
     Place(#[from] UtmError),
     /// No depth of the sea.
-    #[error("z = {0} m is no depth of the sea; check the order x y z and which way z counts")]
+    #[error("z = {0} m is not a depth of the sea; check the order x y z and which way z counts")]
     Depth(f64),
 }
 
@@ -103,7 +103,7 @@ mod tests {
         let fails = |text: &[u8]| read(text, utm, Vertical::DepthDown).unwrap_err().to_string();
         assert!(fails(b"269927 7044215 1\n269927 x 3").starts_with("line 2 at byte 17: it holds no three"));
         assert!(fails(b"7044215 269927 3").contains("check the order"));
-        assert!(fails(b"269927 7044215 7044215").contains("no depth"));
+        assert!(fails(b"269927 7044215 7044215").contains("not a depth"));
         assert!(fails(b"269927 7044215 nan").contains("no three numbers"));
     }
 }

@@ -91,7 +91,7 @@ impl Edits {
     pub(crate) fn attributes(&mut self, cursor: &Cursor, name: &str, attributes: &str, place: &Place) {
         for item in attributes.split(',').map(trim) {
             let Some((key, value)) = item.split_once(':').map(|(key, value)| (trim(key), trim(value))) else {
-                let what = format!("`{}` is no attribute", shortened(item));
+                let what = format!("`{}` is not an attribute", shortened(item));
                 self.error(ProblemKind::Attribute, place, what, "write {key:value, key:value}");
                 continue;
             };
@@ -108,7 +108,7 @@ impl Edits {
                 let what = format!("unknown attribute `{}`", shortened(key));
                 self.warning(ProblemKind::Attribute, place, what, "known are scope, visibility and editable");
             } else {
-                let what = format!("`{}` is no {key}", shortened(value));
+                let what = format!("`{}` is not a value of {key}", shortened(value));
                 let remedy = format!("one of {}", allowed.join(", "));
                 self.warning(ProblemKind::Attribute, place, what, remedy);
             }
@@ -165,7 +165,7 @@ impl Edits {
             let end = setting.value[start..].find(',').map_or(setting.value.len(), |comma| start + comma);
             let hit = trim(&setting.value[first..end]).to_owned();
             if hit != item {
-                let also = if whole { "" } else { " and it is no item itself" };
+                let also = if whole { "" } else { " and it is not an item itself" };
                 problems.push(format!("`{}` is cut out of `{}`{also}", shortened(item), shortened(&hit)));
             }
             let mut end = start + item.len();
@@ -203,7 +203,7 @@ impl Edits {
         let Some(((section, option), after)) =
             inside.and_then(|(inner, after)| Some((inner.split_once(',')?, after)))
         else {
-            let what = format!("`{}` is no reference", shortened(text));
+            let what = format!("`{}` is not a reference", shortened(text));
             self.error(ProblemKind::Reference, place, what, "write $(Section, Option)");
             return None;
         };

@@ -58,7 +58,8 @@ impl Overlay<'_> {
             return all;
         }
         if values.len() > MOST_VALUES {
-            let what = format!("`{}`: something is wrong with its many values; none is used", path.display());
+            let what =
+                format!("`{}`: something is wrong with its many values; they are not used", path.display());
             self.read.1.add(Problem::warning(ProblemKind::Saved, None, what).remedy(remedy));
             return self.laid(&[]);
         }

@@ -188,7 +188,7 @@ impl<'s, S: FileSource> Parser<'s, S> {
         let text = String::from_utf8_lossy(&raw.bytes[..end]);
         let damaged = matches!(text, std::borrow::Cow::Owned(_)) && !raw.cut;
         if end < raw.bytes.len() || (damaged && !comment) {
-            let what = "the line holds bytes that are no text (UTF-8)";
+            let what = "the line holds bytes that are not text (UTF-8)";
             let remedy = "save the file as UTF-8";
             self.report().add(Problem::error(ProblemKind::NotText, Some(place), what).remedy(remedy));
         }

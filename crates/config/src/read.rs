@@ -50,7 +50,7 @@ impl ParamSpec {
         outcome.value.ok_or_else(|| {
             let fault = outcome.faults.into_iter().next();
             fault.map_or_else(
-                || format!("`{text}` is no value"),
+                || format!("`{text}` is not a value"),
                 |fault| {
                     if fault.remedy.is_empty() {
                         fault.what
@@ -174,7 +174,7 @@ impl Reader {
             Some(near) => format!("`{near}`? Allowed are {list}"),
             None => format!("one of {list}"),
         };
-        let what = format!("`{}` is none of the allowed words", shortened(text));
+        let what = format!("`{}` is not one of the allowed words", shortened(text));
         self.outcome.faults.push(Complaint { kind: ProblemKind::WrongType, what, remedy });
         None
     }

@@ -238,7 +238,7 @@ impl Section {
 }
 
 fn unreadable(text: &str) -> Complaint {
-    let what = format!("`{text}` is no value");
+    let what = format!("`{text}` is not a value");
     Complaint { kind: ProblemKind::WrongType, what, remedy: String::new() }
 }
 

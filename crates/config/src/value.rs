@@ -42,7 +42,7 @@ pub enum ValueError {
     #[error("`{0}` is neither true nor false")]
     NotBool(String),
     /// Not a whole number.
-    #[error("`{0}` is no whole number")]
+    #[error("`{0}` is not a whole number")]
     NotInt(String),
     /// A whole number with something behind it, which DUNE would drop.
     #[error("`{junk}` behind the number `{number}` would be dropped by DUNE")]
@@ -59,10 +59,10 @@ pub enum ValueError {
     #[error("`{0}` is too large a number")]
     TooLarge(String),
     /// A backslash with something unknown behind it.
-    #[error("`\\{0}` is no escape")]
+    #[error("`\\{0}` is not an escape")]
     Escape(String),
     /// Not an IPv4 address.
-    #[error("`{0}` is no IPv4 address")]
+    #[error("`{0}` is not an IPv4 address")]
     NotAddress(String),
     /// Not `name:value`.
     #[error("`{0}` is not of the form name:value")]

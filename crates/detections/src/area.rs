@@ -1,11 +1,10 @@
 //! An area of the sea that a user drew.
 
-use std::fmt;
 use std::str::FromStr;
 use units::LatLon;
 
 /// Corners that an area may have.
-const CORNERS: std::ops::RangeInclusive<usize> = 3..=100;
+pub const AREA_CORNERS: std::ops::RangeInclusive<usize> = 3..=100;
 
 /// A polygon. Its sides are straight on a chart that draws latitude and longitude at right angles; at the range of a
 /// hydrophone they do not differ noticeably from geodesics. No side crosses another, and none the 180th meridian.
@@ -15,7 +14,7 @@ pub struct Area {
     corners: Vec<(f64, f64)>,
 }
 
-/// Why a text is not an area.
+/// Why a text is not an area; its words are made above, where the catalogue of words has them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoArea {
     /// It has too few corners, or too many.
@@ -28,41 +27,13 @@ pub enum NoArea {
     Crossing(usize, usize),
 }
 
-impl fmt::Display for NoArea {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (least, most) = (CORNERS.start(), CORNERS.end());
-        match self {
-            Self::Corners(count) => write!(
-                out,
-                "it has {count} corners; give {least} to {most}, each as latitude,longitude in degrees, with `;` between corners"
-            ),
-            Self::Corner(at) => {
-                write!(
-                    out,
-                    "corner {at} is no place; write it as latitude,longitude in degrees, like 63.44,10.35"
-                )
-            }
-            Self::Side(at) => write!(
-                out,
-                "the side from corner {at} to the next spans more than 180 degrees of longitude; an area cannot cross the 180th meridian: ask for the part on each side of it by itself"
-            ),
-            Self::Crossing(one, other) => write!(
-                out,
-                "the sides from corner {one} and from corner {other} to their next corners cross or touch; give the corners in the order in which one sails around the area"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for NoArea {}
-
 impl FromStr for Area {
     type Err = NoArea;
 
     /// From corners as `63.44,10.35;63.45,10.35;63.45,10.40`.
     fn from_str(text: &str) -> Result<Self, NoArea> {
         let texts: Vec<&str> = text.split(';').map(str::trim).filter(|text| !text.is_empty()).collect();
-        if !CORNERS.contains(&texts.len()) {
+        if !AREA_CORNERS.contains(&texts.len()) {
             return Err(NoArea::Corners(texts.len()));
         }
         let corner = |(at, text): (usize, &&str)| {
@@ -74,7 +45,7 @@ impl FromStr for Area {
         // A double click, or the first corner repeated to close the ring, is one corner.
         let is_new = |at: &usize| corners[*at] != corners[(at + corners.len() - 1) % corners.len()];
         let ring: Vec<usize> = (0..corners.len()).filter(is_new).collect();
-        if !CORNERS.contains(&ring.len()) {
+        if !AREA_CORNERS.contains(&ring.len()) {
             return Err(NoArea::Corners(ring.len()));
         }
         let side = |at: usize| (corners[ring[at]], corners[ring[(at + 1) % ring.len()]]);
@@ -168,11 +139,11 @@ mod tests {
     fn an_area_across_the_date_line_or_itself_is_refused_with_the_remedy() {
         let no = |text: &str| text.parse::<Area>().unwrap_err();
         assert_eq!(no("-17,179;-17,-179;-18,-179;-18,179"), NoArea::Side(1));
-        assert!(no("-17,179;-17,-179;-18,-179").to_string().contains("on each side of it"));
+        assert!(matches!(no("-17,179;-17,-179;-18,-179"), NoArea::Side(_)));
         // A bow tie, a corner on a side, and the same corner twice.
         assert_eq!(no("63,10;64,11;64,10;63,11"), NoArea::Crossing(1, 3));
         assert_eq!(no("63,10;63,12;64,11;63,11"), NoArea::Crossing(1, 3));
-        assert_eq!(no("63,10;64,10;63,11;64,10;63,9").to_string().split(' ').next(), Some("the"));
+        assert!(matches!(no("63,10;64,10;63,11;64,10;63,9"), NoArea::Crossing(..)));
         assert!("63,10;64,10;64,11;63,11".parse::<Area>().is_ok());
         assert!("63,10;63,10;64,10;64,11;63,11;63,10".parse::<Area>().is_ok(), "twice is once");
         assert_eq!(no("63,10;63,10;64,10;63,10"), NoArea::Corners(2));

@@ -25,7 +25,7 @@ mod protocol;
 mod report;
 mod tag;
 
-pub use area::{Area, NoArea};
+pub use area::{AREA_CORNERS, Area, NoArea};
 pub use detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock, SET_AFTER_S, fused};
 pub use listening::{LISTENING_TOPIC, Listening};
 pub use protocol::Protocol;

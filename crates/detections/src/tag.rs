@@ -2,7 +2,6 @@
 
 use crate::detection::Detection;
 use crate::protocol::Protocol;
-use std::fmt;
 use std::str::FromStr;
 
 /// Letters of a protocol's name at most.
@@ -15,17 +14,9 @@ pub struct TagFilter {
     id: u32,
 }
 
-/// A text that names no tag.
+/// A text that names no tag; its words are made above, where the catalogue of words has them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoTag;
-
-impl fmt::Display for NoTag {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("this is no tag: write protocol and number, like S256-101, or the number alone, like 101")
-    }
-}
-
-impl std::error::Error for NoTag {}
 
 impl FromStr for TagFilter {
     type Err = NoTag;

@@ -76,7 +76,7 @@ pub enum NoPattern {
     Brace,
     /// A field is not known.
     #[error(
-        "'{0}' is no field of a pattern: serial, counter, protocol, id, data, snr_db, skip, unix_s, unix_ms, ms, utc, khz, hz, sum8 and xor8 are"
+        "'{0}' is not a field of a pattern: serial, counter, protocol, id, data, snr_db, skip, unix_s, unix_ms, ms, utc, khz, hz, sum8 and xor8 are"
     )]
     Unknown(String),
     /// There is no text between two fields.
@@ -94,7 +94,7 @@ pub enum NoPattern {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoMatch {
     /// A byte is not a printable character.
-    #[error("bytes that are no text: the baud rate may be wrong")]
+    #[error("bytes that are not text: the baud rate may be wrong")]
     NotText,
     /// Text of the pattern is missing.
     #[error("'{0}' does not stand where the pattern has it")]

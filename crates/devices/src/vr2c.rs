@@ -50,7 +50,7 @@ pub struct Status {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DamagedLine {
     /// A byte is not a printable character.
-    #[error("bytes that are no text: the baud rate may be wrong")]
+    #[error("bytes that are not text: the baud rate may be wrong")]
     NotText,
     /// The stream ends before its line end.
     #[error("the line is cut short")]

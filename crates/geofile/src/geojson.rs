@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GeoJsonError {
     /// No JSON.
-    #[error("this is no JSON: {0}; fetch the file again")]
+    #[error("this is not JSON: {0}; fetch the file again")]
     Json(String),
     /// A type that is not valid, or that holds neither points nor lines.
     #[error("{place}: a {found} is neither point nor line; export points and lines as a FeatureCollection")]
@@ -36,7 +36,7 @@ pub enum GeoJsonError {
         place: String,
     },
     /// A position that is not valid.
-    #[error("{place}: {found} is no longitude and latitude in degrees; convert the file to EPSG:4326")]
+    #[error("{place}: {found} is not longitude and latitude in degrees; convert the file to EPSG:4326")]
     Position {
         /// Where.
         place: String,
@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn says_what_is_no_land() {
         let fails = |text: &str| read_polygons(text.as_bytes()).unwrap_err().to_string();
-        assert!(fails("[").contains("no JSON"));
+        assert!(fails("[").contains("not JSON"));
         assert!(fails(r#"{"type":"Point","coordinates":[1,2]}"#).contains("\"Point\" is not a polygon"));
         assert!(
             fails(r#"{"type":"Polygon","coordinates":[[[1,2],[3,4],[1,2]]]}"#).contains("four positions")

@@ -23,7 +23,7 @@ pub enum GpxError {
     #[error("the file is not in UTF-8 from byte {0} on; save it as UTF-8")]
     Text(usize),
     /// No XML.
-    #[error("line {line}: this is no XML: {what}; fetch the file again")]
+    #[error("line {line}: this is not XML: {what}; fetch the file again")]
     Xml {
         /// Where.
         line: usize,

@@ -363,7 +363,7 @@ impl fmt::Display for Warning {
                 write!(f, "'{label}': where the vessel comes from is not known; that way is not checked")
             }
             Self::Unchecked { label, kind } => {
-                write!(f, "'{label}': nobody knows beforehand where a {kind} leads; it is not checked")
+                write!(f, "'{label}': it is not known beforehand where a {kind} leads, so it is not checked")
             }
             Self::DriftsOn { label } => {
                 write!(f, "'{label}': the vessel drifts for a time that is not known; it is not checked")

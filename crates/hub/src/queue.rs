@@ -266,7 +266,7 @@ mod tests {
             queue.push_stop(stop(7, number));
         }
         queue.push_stop(stop(8, 5));
-        assert!(queue.keep_stops().is_empty(), "what a console said is no order of ours");
+        assert!(queue.keep_stops().is_empty(), "what a console said is not an order of ours");
         let left: Vec<u64> = queue.take().into_iter().filter_map(|one| Some(one.tag?.id?.0)).collect();
         assert_eq!((left, queue.bytes()), (vec![999, 5], 0));
     }

@@ -159,7 +159,7 @@ impl fmt::Display for AddressKind {
 
 /// Why text is not an address.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no registered system and no number from 0 to 65535 (0x...)")]
+#[error("`{0}` is neither a registered system nor a number from 0 to 65535 (0x...)")]
 pub struct AddressError(String);
 
 impl std::str::FromStr for Address {
@@ -219,7 +219,11 @@ mod tests {
         assert_eq!("16385".parse(), Ok(Address(0x4001)));
         assert!("65536".parse::<Address>().is_err());
         assert!(
-            "nobody".parse::<Address>().unwrap_err().to_string().starts_with("`nobody` is no registered")
+            "nobody"
+                .parse::<Address>()
+                .unwrap_err()
+                .to_string()
+                .starts_with("`nobody` is neither a registered")
         );
     }
 

@@ -22,7 +22,7 @@ pub enum DecodeError {
         most: u64,
     },
     /// A greeting does not begin as one.
-    #[error("the greeting does not begin with LLNK; the peer is no Lutra")]
+    #[error("the greeting does not begin with LLNK; the peer is not a Lutra")]
     NoLink,
     /// A value has no meaning.
     #[error("{what} cannot be {value}; the peer's encoder is broken")]

@@ -120,8 +120,8 @@ impl Sensors {
     pub(crate) fn missing(&self, now: MonoTime, watch: &WatchSettings) -> Vec<String> {
         let fresh = |at: Option<MonoTime>, timeout| at.is_some_and(|at| now.since(at) <= timeout);
         let of_compass = [
-            (self.position, "position (the compass has none that can be used)"),
-            (self.heading, "heading (the compass has none)"),
+            (self.position, "position (the compass reports no usable one)"),
+            (self.heading, "heading (the compass does not report it)"),
         ];
         let compass = of_compass.into_iter().filter(|(at, _)| !fresh(*at, watch.gnss_timeout));
         let motors =
@@ -412,7 +412,11 @@ mod tests {
         report(&mut sensors, 60, 0, 12.0);
         assert_eq!(sensors.charge_percent(), Some(12.0));
         sensors.watch_batteries(at(90).mono, Duration::from_secs(10));
-        assert_eq!((sensors.charge_percent(), sensors.voltage_v()), (None, None), "no report is no charge");
+        assert_eq!(
+            (sensors.charge_percent(), sensors.voltage_v()),
+            (None, None),
+            "no report is not a charge"
+        );
         report(&mut sensors, 91, 0, 95.0);
         report(&mut sensors, 92, 1, 96.0);
         assert_eq!(sensors.charge_percent(), Some(95.0));

@@ -278,7 +278,7 @@ impl Supervise {
                     context.bus.entry(Entity::Limits, Level::Info, text);
                 }
                 LimitsOutput::Passed(violation, remedy) => {
-                    let done = remedy.as_ref().map_or("only told".to_owned(), Remedy::to_string);
+                    let done = remedy.as_ref().map_or("only reported".to_owned(), Remedy::to_string);
                     let text = format!("{}: {done}", passed_text(violation));
                     context.bus.entry(Entity::Limits, Level::Error, text);
                     if let Some(remedy) = remedy {

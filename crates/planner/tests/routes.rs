@@ -382,7 +382,7 @@ fn a_gap_is_passed_as_long_as_it_is_wide_enough() {
     let clear_m = passable.clearance_m.unwrap();
     assert!((44.0..50.5).contains(&clear_m), "{clear_m}");
     assert!(ask(&router, from, to, &Needs::depth_and_clearance(5.0, clear_m)).is_ok(), "what would do does");
-    assert_eq!(passable.depth_m, None, "land is no question of depth");
+    assert_eq!(passable.depth_m, None, "land is not a question of depth");
     assert!(!passable.by_rule_alone, "nor one of a rule");
 }
 

@@ -124,7 +124,7 @@ fn pairs(record: &RegisterRecord) -> Vec<(&'static str, Wording)> {
                 ("release_lat_deg", release_lat_deg, release_lon_deg),
             ] {
                 if one.is_some() != other.is_some() {
-                    wrong.push((column, say("a place has latitude and longitude: give both, or none")));
+                    wrong.push((column, say("a place has latitude and longitude: give both or neither")));
                 }
             }
             if capture_us.zip(*release_us).is_some_and(|(capture, release)| release < capture) {

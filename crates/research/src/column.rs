@@ -97,14 +97,14 @@ impl Rule {
             (Self::OneOf(words), Slot::Text(text)) => (!text.is_empty() && !words.contains(&text.as_str()))
                 .then(|| say("`{text}` is not one of {words}; write one of them, or leave it empty").with("text", shown(text)).with("words", words.join(", "))),
             (Self::Orcid, Slot::Text(text)) => (!text.is_empty() && !crate::is_orcid(text)).then(|| {
-                say("`{text}` is no ORCID, or a digit of it is wrong; write it like 0000-0002-1825-0097, as it stands on orcid.org").with("text", shown(text))
+                say("`{text}` is not an ORCID, or a digit of it is wrong; write it like 0000-0002-1825-0097, as it stands on orcid.org").with("text", shown(text))
             }),
             (Self::Real(from, to), Slot::Real(Some(value))) => (!(from..=to).contains(value))
                 .then(|| say("{value} is not within {from} to {to}; look at its unit").with("value", value).with("from", from).with("to", to)),
             (Self::Whole(from, to), Slot::Whole(Some(value))) => (!(from..=to).contains(value))
                 .then(|| say("{value} is not within {from} to {to}").with("value", value).with("from", from).with("to", to)),
             (Self::Time, Slot::Time(Some(value))) => (!TIMES_US.contains(value))
-                .then(|| say("{value} is no time from 1970 to 2255; give µs since 1970 UTC").with("value", value)),
+                .then(|| say("{value} is not a time from 1970 to 2255; give µs since 1970 UTC").with("value", value)),
             _ => None,
         }
     }
@@ -119,7 +119,7 @@ fn wrong_text(text: &str, most: usize, one_line: bool) -> Option<Wording> {
     let letters = text.chars().count();
     if letters > most {
         return Some(
-            say("has {letters} letters, {most} may be: shorten it")
+            say("has {letters} characters; at most {most} are allowed: shorten it")
                 .with("letters", letters)
                 .with("most", most),
         );

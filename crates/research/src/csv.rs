@@ -226,8 +226,9 @@ impl Rows<'_> {
             Slot::Text(_) => {}
             Slot::Real(value) => **value = Some(self.number(text)?),
             Slot::Whole(value) => {
-                let number =
-                    text.parse().map_err(|_| say("`{text}` is no whole number").with("text", shown(text)))?;
+                let number = text
+                    .parse()
+                    .map_err(|_| say("`{text}` is not a whole number").with("text", shown(text)))?;
                 **value = Some(number);
             }
             Slot::Time(value) => {
@@ -258,10 +259,10 @@ impl Rows<'_> {
         let number = plain.parse::<f64>().ok().filter(|number| number.is_finite() && digits(&plain));
         number.ok_or_else(|| {
             if text.contains(',') {
-                say("`{text}` is no number here: write a decimal point, and nothing between thousands")
+                say("`{text}` is not a number here: write a decimal point, and nothing between thousands")
                     .with("text", shown(text))
             } else {
-                say("`{text}` is no number; write digits and a decimal point, without the unit")
+                say("`{text}` is not a number; write digits and a decimal point, without the unit")
                     .with("text", shown(text))
             }
         })
@@ -312,7 +313,7 @@ fn places(kind: RegisterKind, table: &Table, wrong: &mut Vec<WrongCell>) -> Opti
                 [] => say("the columns are {columns}").with("columns", header(kind).trim()),
                 names => say("did you mean `{names}`?").with("names", names.join("` or `")),
             };
-            problem(cell, say("is no column of this table; {remedy}").with_said("remedy", remedy));
+            problem(cell, say("is not a column of this table; {remedy}").with_said("remedy", remedy));
         }
         places.push(at);
     }
@@ -344,7 +345,7 @@ impl Table {
         })?;
         let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
         if text.contains('\0') {
-            return Err(whole(1, say("this is no text; save the table as CSV")));
+            return Err(whole(1, say("this is not text; save the table as CSV")));
         }
         let first = text.lines().next().unwrap_or_default();
         let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();

@@ -13,6 +13,7 @@
 //! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows
 //! nothing of files, databases and HTTP.
 
+mod asked;
 mod check;
 mod column;
 mod csv;
@@ -27,6 +28,7 @@ mod quality;
 mod study;
 mod template;
 
+pub use asked::{area, tag};
 pub use check::{Fault, check, check_all, name_taken};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};

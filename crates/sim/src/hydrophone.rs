@@ -391,7 +391,7 @@ mod tests {
             .map(|(_, line)| match line {
                 Reading::Tag(tag) => tag.counter,
                 Reading::Water(water) => water.counter,
-                other => panic!("{other:?} is none of the hydrophone's"),
+                other => panic!("{other:?} is not one of the hydrophone's"),
             })
             .collect();
         assert_eq!(counters, (1..=counters.len() as u16).collect::<Vec<_>>());

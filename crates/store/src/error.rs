@@ -101,7 +101,7 @@ pub enum StoreError {
         extra: usize,
     },
     /// As much waits to be written as may.
-    #[error("{waiting} bytes wait for the disk, which is as much as may; commit before accepting more")]
+    #[error("{waiting} bytes wait for the disk, which is the most; commit before accepting more")]
     Full {
         /// Bytes that wait.
         waiting: usize,
@@ -109,6 +109,9 @@ pub enum StoreError {
     /// A question that has no answer as it was asked.
     #[error("{0}")]
     Query(String),
+    /// The same by the caller of this crate while it makes the question, in words of its own kind.
+    #[error("{0}")]
+    Asked(Box<dyn std::error::Error + Send + Sync>),
     /// The caller asked to stop.
     #[error("stopped on request")]
     Cancelled,

@@ -238,7 +238,7 @@ impl LogImport {
         if self.imported.packets == self.before {
             let what = self.first_damage.map_or_else(
                 || "is empty".to_owned(),
-                |damage| format!("is no IMC log: {} at its first byte", damage.error),
+                |damage| format!("is not an IMC log: {} at its first byte", damage.error),
             );
             self.imported.problems.push(format!("{name}: {what}"));
         } else if let Some(damage) = self.first_damage {

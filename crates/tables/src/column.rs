@@ -8,7 +8,7 @@ use imc::messages::{EstimatedState, Payload as _, TBRFishTag};
 pub const FIXED: [(&str, &str, Option<&str>); 8] = [
     (
         "time",
-        "when it was said, by the sender's clock; ISO 8601, UTC; empty where the sender's stamp is no time",
+        "when it was said, by the sender's clock; ISO 8601, UTC; empty where the sender's stamp is not a time",
         None,
     ),
     ("unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),

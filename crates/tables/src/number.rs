@@ -179,7 +179,7 @@ mod tests {
         }
         assert_eq!(text(|out| epoch(out, 1_795_246_989_820_647, PLAIN)), "1795246989.820647");
         assert_eq!(text(|out| epoch(out, -1_500_000, PLAIN)), "-1.500000");
-        assert_eq!(text(|out| stamp(out, &mut iso, None, PLAIN)), ",", "what is no time is not 1970");
+        assert_eq!(text(|out| stamp(out, &mut iso, None, PLAIN)), ",", "what is not a time is not 1970");
         let comma = text(|out| stamp(out, &mut iso, Some(1_500_000), Dialect::SpreadsheetComma));
         assert_eq!(comma, "1970-01-01T00:00:01.500000Z;1,500000");
     }

@@ -166,7 +166,7 @@ impl Line {
     fn bad_hex(&self) -> Option<(u64, String)> {
         if let Some((column, byte, digits)) = self.wrong {
             let shown = byte.escape_ascii();
-            return Some((digits / 2, format!("`{shown}` in column {column} is no hexadecimal digit")));
+            return Some((digits / 2, format!("`{shown}` in column {column} is not a hexadecimal digit")));
         }
         self.high?;
         Some((self.digits / 2, format!("{} digits: half a byte is missing at the end", self.digits)))

@@ -70,7 +70,9 @@ impl Udp {
         let mut sink = self.show.sink(out)?;
         let deadline = Deadline::after(self.show.span);
         if self.to.is_empty() && !self.multicast {
-            report::note("nobody is told of this console: vehicles send nothing unless --to names them");
+            report::note(
+                "this console announces itself to no one: vehicles send nothing unless --to names them",
+            );
         }
         while let Some(wait) = deadline.wait(station.beat()) {
             let Some(datagram) = station.link.next(wait)? else { continue };

@@ -88,7 +88,7 @@ impl Condition {
         let hint =
             if alike.is_empty() { String::new() } else { format!("; did you mean {}?", alike.join(", ")) };
         let whose = if messages.is_empty() { "any message" } else { "the messages chosen" };
-        Err(format!("--where: `{first}` is no field of {whose}{hint}"))
+        Err(format!("--where: `{first}` is not a field of {whose}{hint}"))
     }
 
     /// Whether one of a packet's fields meets the condition.

@@ -74,7 +74,7 @@ impl Cut {
     fn target<'o>(&self, out: &'o mut Output) -> anyhow::Result<(Target<'o>, Printing)> {
         let Some(path) = &self.output else {
             if io::stdout().is_terminal() {
-                bail!("packets are no text for a terminal: add -o FILE.lsf");
+                bail!("packets are not text for a terminal: add -o FILE.lsf");
             }
             return Ok((Target::Standard(out), Printing::Meanwhile));
         };

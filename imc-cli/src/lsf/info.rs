@@ -159,7 +159,7 @@ fn damage_text(tally: &Tally, paint: Paint) -> String {
     let damage = &tally.damage;
     if let Some(first) = damage.first {
         let text = format!(
-            "damage: {} bytes in {} places are no packets, the first at byte {first}",
+            "damage: {} bytes in {} places are not packets, the first at byte {first}",
             damage.bytes, damage.runs
         );
         writeln!(out, "  {}", paint.alert(&text)).ok();

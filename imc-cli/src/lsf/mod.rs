@@ -28,7 +28,7 @@ the same flags:
   --from, --to    2026-11-21T07:43:27Z, 2026-11-21T09:43:27+02:00,
                   1795247007.5 (seconds since 1970), or +30 (after the log's first packet)
   -m, -s          message, source: by name or number, decimal or 0x...
-  --entity        by number, or by label: what was said by whoever had it then;
+  --entity        by number, or by label: of the entity that had it then;
                   labels are those that the log itself tells
   --where         FIELD OP VALUE with =, !=, <, <=, >, >= or ~ (contains), such as
                   'op_mode=MANEUVER', 'sog>0.5', 'lat>63.4deg', 'description~fail'

@@ -53,7 +53,7 @@ impl WsLink {
     fn mention_text(&mut self) {
         if !self.text_told {
             self.text_told = true;
-            report::note(&format!("{} sends text messages, which are no packets: passed over", self.url));
+            report::note(&format!("{} sends text messages, which are not packets: passed over", self.url));
         }
     }
 }

@@ -173,7 +173,7 @@ pub(super) fn folder(common: &Common) -> anyhow::Result<PathBuf> {
     let data = common.load_to_write()?.data;
     ensure!(
         data.join("archive").is_dir() || data.join("history").is_dir(),
-        "{} is no data folder: name the one that the server writes to by --data DIR",
+        "{} is not a data folder: name the one that the server writes to by --data DIR",
         data.display()
     );
     Ok(data)
@@ -199,7 +199,7 @@ pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Re
     let logs = if done.files == 1 { "log" } else { "logs" };
     say!("{} {logs}, {} packets, {} new", done.files, done.packets, done.added);
     if done.damaged_bytes > 0 {
-        complain!("{} bytes are no packets and were passed over", done.damaged_bytes);
+        complain!("{} bytes are not packets and were passed over", done.damaged_bytes);
     }
     for problem in &done.problems {
         complain!("{problem}");

@@ -23,6 +23,10 @@ pub(super) enum DetectionsCommand {
     Formats,
 }
 
+fn tag(text: &str) -> Result<TagFilter, api::Said> {
+    Ok(research::tag(text)?)
+}
+
 #[derive(Debug, Args)]
 pub(super) struct ExportArguments {
     /// The format; `lutra-server detections formats` lists them.
@@ -32,7 +36,7 @@ pub(super) struct ExportArguments {
     #[arg(long = "vessel", value_name = "VESSEL")]
     vessels: Vec<String>,
     /// Tags by protocol and number, like S256-101, or by number; may be repeated. Without it: all.
-    #[arg(long = "tag", value_name = "TAG")]
+    #[arg(long = "tag", value_parser = tag, value_name = "TAG")]
     tags: Vec<TagFilter>,
     /// Projects of the register by name: of the tag, or of the animal that carried it; may be repeated. Without it: all.
     #[arg(long = "project", value_name = "PROJECT")]

@@ -294,7 +294,7 @@ impl Config {
         );
         check(
             self.log.level.parse::<tracing_subscriber::filter::Targets>().is_ok(),
-            "log.level is no level (error, warn, info, debug, trace) and no list like info,server=debug",
+            "log.level is neither a level (error, warn, info, debug, trace) nor a list like info,server=debug",
         );
         for origin in &self.http.origins {
             check(

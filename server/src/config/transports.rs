@@ -85,7 +85,7 @@ impl TryFrom<String> for Listen {
         }
         let address = text.parse().map_err(|_| {
             format!(
-                "`{text}` is no address and port, like 127.0.0.1:9090; leave it empty to keep the transport closed"
+                "`{text}` is not an address and port, like 127.0.0.1:9090; leave it empty to keep the transport closed"
             )
         })?;
         Ok(Self(Some(address)))
@@ -129,7 +129,7 @@ impl Imc {
         match self.address.parse::<Address>() {
             Ok(address) if address.is_ccu() => {}
             Ok(_) => problems.push(format!(
-                "imc.address {} is no console's: choose one of 0x4000 to 0x5FFF, or vessels do not count its \
+                "imc.address {} is not a console's: choose one of 0x4000 to 0x5FFF, or vessels do not count its \
                  heartbeats",
                 self.address
             )),
@@ -159,14 +159,16 @@ impl Transports {
             self.trusted.iter().filter(|name| OPEN.iter().all(|transport| transport.name() != *name));
         problems.extend(unknown.map(|name| {
             format!(
-                "transports.trusted: `{name}` is no transport without passwords: name imcproxy, udp or tcp"
+                "transports.trusted: `{name}` is not a transport without passwords: name imcproxy, udp or tcp"
             )
         }));
         let lists = [("imcproxy", &self.imcproxy.allow), ("udp", &self.udp.allow)];
         for (transport, allow) in lists {
             let bad = allow.iter().filter(|text| parse_network(text).is_none());
             problems.extend(bad.map(|text| {
-                format!("transports.{transport}.allow: `{text}` is no address or network, like 10.77.0.0/24")
+                format!(
+                    "transports.{transport}.allow: `{text}` is not an address or network, like 10.77.0.0/24"
+                )
             }));
         }
         for (transport, peers) in [("imcproxy", self.imcproxy.max_peers), ("udp", self.udp.max_peers)] {
@@ -177,8 +179,9 @@ impl Transports {
         for node in &self.tcp.connect {
             let port = node.rsplit_once(':').filter(|(host, _)| !host.is_empty());
             if port.and_then(|(_, port)| port.parse::<u16>().ok()).is_none_or(|port| port == 0) {
-                problems
-                    .push(format!("transports.tcp.connect: `{node}` is no host:port, like 10.77.0.10:7001"));
+                problems.push(format!(
+                    "transports.tcp.connect: `{node}` is not a host:port, like 10.77.0.10:7001"
+                ));
             }
         }
         problems

@@ -57,7 +57,7 @@ async fn what_is_closed_is_gone_around_from_then_on_until_it_is_lifted() {
     assert_eq!((listed.areas.len(), listed.in_force, listed.may_change), (1, true, false));
     let with = chart().await;
     assert_ne!(with.set, before.set);
-    assert_eq!(with.cells, before.cells, "it is no chart");
+    assert_eq!(with.cells, before.cells, "it is not a chart");
     assert_ne!(offered(), aboard_before, "vessels get it too");
 
     let around = route(&shore, &viewer, beyond).await.route.unwrap();

@@ -41,7 +41,7 @@ pub(crate) async fn tile(
 ) -> Result<Response, ApiError> {
     let set = there(&state)?;
     if query.set.as_ref().is_some_and(|wanted| *wanted != set.digest) {
-        let text = say("That chart set is no longer in force; GET /api/v1/chart tells which is.");
+        let text = say("That chart set is no longer in force; GET /api/v1/chart names the one that is.");
         return Err(ApiError::new(StatusCode::GONE, "another_set", text));
     }
     // Cached for ever if the address names the set; else to be revalidated.

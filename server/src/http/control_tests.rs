@@ -59,7 +59,7 @@ async fn of_two_people_one_has_control_and_everything_is_written_down() {
     let given = lease(&shore, &one, r#"{"action":"grant","window":"a"}"#).await.unwrap();
     assert_ne!(given.holder.unwrap().name, name);
     // Taking over needs a reason, and the former holder can no longer command.
-    assert!(lease(&shore, &one, r#"{"action":"take"}"#).await.unwrap_err().contains("say why"));
+    assert!(lease(&shore, &one, r#"{"action":"take"}"#).await.unwrap_err().contains("Say why"));
     lease(&shore, &one, r#"{"action":"take","reason":"it drifts","window":"a"}"#).await.unwrap();
     assert_eq!(post(&shore, "commands", &two, START).await.0, StatusCode::CONFLICT);
 
@@ -135,7 +135,7 @@ async fn what_cannot_be_sent_or_is_no_order_says_why() {
         (r#"{"order":{"kind":"goto","lat_deg":99,"lon_deg":0,"speed_mps":1},"window":"a"}"#, "latitude"),
         (r#"{"order":{"kind":"goto","lat_deg":9,"lon_deg":0,"speed_mps":99},"window":"a"}"#, "speed_mps"),
         (r#"{"order":{"kind":"plan.start","plan_id":""},"window":"a"}"#, "plan_id"),
-        (r#"{"order":{"kind":"plan.stop"},"window":"another"}"#, "another of your windows"),
+        (r#"{"order":{"kind":"plan.stop"},"window":"another"}"#, "Another of your windows"),
     ] {
         let (status, text) = post(&shore, "commands", &token, body).await;
         assert!(status.is_client_error() && text.contains(wrong), "{body}: {status} {text}");

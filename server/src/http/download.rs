@@ -55,7 +55,7 @@ impl Download {
     /// The answer to a request with these headers.
     pub(super) async fn answer(self, state: &AppState, asked: &HeaderMap) -> Result<Response, ApiError> {
         let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
-            return Err(ApiError::busy(say("As many exports as may are running; try again in a moment.")));
+            return Err(ApiError::busy(say("Too many exports are running; try again in a moment.")));
         };
         self.answer_in(Box::new(place), state, asked).await
     }

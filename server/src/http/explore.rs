@@ -56,8 +56,7 @@ async fn counted<R: Send + 'static>(
     count: impl FnOnce() -> R + Send + 'static,
 ) -> Result<R, ApiError> {
     let place =
-        place(counts, say("As many count detections as may; it is your turn in a moment, ask again then."))
-            .await?;
+        place(counts, say("Too many people are counting detections now; try again in a moment.")).await?;
     let count = move || {
         let _place = place;
         count()
@@ -86,7 +85,7 @@ pub(crate) async fn size(
     let asked = summary_of(query);
     let history = state.shore.history.clone();
     let place =
-        place(&history.sizes, say("As many sizes as may are looked at; ask again in a moment.")).await?;
+        place(&history.sizes, say("Too many sizes are being worked out; try again in a moment.")).await?;
     let explorer = history.explorer.clone();
     let prepare = move |reader: &mut Reader| {
         let systems = export::systems(reader, &vessels, &named, &may)?;
@@ -101,9 +100,10 @@ pub(crate) async fn size(
         FoundRanks::Whole(ranks) => ranks,
         FoundRanks::Reading => return Err(still_reads()),
         FoundRanks::TooMany => {
-            let text = "there are more detections than the server counts beforehand; choose a shorter time, or \
-                        download without knowing the size";
-            return Err(StoreError::Query(text.into()).into());
+            return Err(ApiError::bad_request(say(
+                "there are more detections than the server counts beforehand; choose a shorter time, or download \
+                 without knowing the size",
+            )));
         }
     };
     let range = TimeRange { from_us: question.from_us, to_us: question.to_us };

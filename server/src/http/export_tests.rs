@@ -480,7 +480,7 @@ async fn vessels_have_names_and_times_offsets() {
     for (query, told) in [
         ("message=Voltage&vessel=2069", "vessel: nothing is recorded of `2069`; there are "),
         ("message=Voltage&vessel=ottr", "vessel: nothing is recorded of `ottr`"),
-        ("message=Voltage&entity=Moter", "entity: none is called `Moter`; did you mean `Motor`?"),
+        ("message=Voltage&entity=Moter", "entity: no entity is called `Moter`; did you mean `Motor`?"),
         ("message=Voltage&field=vlaue", "field: Voltage has no field `vlaue`; did you mean `value`?"),
         ("message=Voltage&spreadsheet=dot", "spreadsheet: `dot` is neither `comma` nor `point`"),
     ] {

@@ -79,7 +79,7 @@ pub(crate) async fn upload(
     }
     let upload = state.shore.imports.upload().map_err(|error| ApiError::internal(&error))?;
     let Some(upload) = upload else {
-        let text = say("Another log is being uploaded or imported: GET /api/v1/import tells how far it is.");
+        let text = say("Another log is being uploaded or imported: GET /api/v1/import shows how far it is.");
         return Err(ApiError::new(StatusCode::CONFLICT, "import_running", text));
     };
     let room = upload.room_bytes()?;

@@ -204,7 +204,7 @@ pub(crate) async fn export(
     let row = find(&state, &who, id, None).await?;
     let format = Format::named(&query.format)
         .ok_or_else(|| ApiError::bad_request(say("format: give imc, geojson or gpx")))?;
-    let text = plans::write(&row.plan, format).map_err(|why| refused(Said::as_is(why)))?;
+    let text = plans::write(&row.plan, format).map_err(refused)?;
     let (media, ending) = format.kind();
     let disposition = format!("attachment; filename=\"{}.{ending}\"", extract::file_name(&row.plan.name));
     Ok(([(header::CONTENT_TYPE, media.to_owned()), (header::CONTENT_DISPOSITION, disposition)], text)
@@ -232,7 +232,7 @@ pub(crate) async fn import(
     let told = file.clone();
     let read = slow(move || plans::read(&bytes, &file)).await?;
     let (plan, notes) = read.map_err(|text| {
-        refused(say("{file} was not imported: {text}").with("file", told).with("text", text))
+        refused(say("{file} was not imported: {text}").with("file", told).with_said("text", text))
     })?;
     let stored = keep_new(&state, &who, remote, "plan.import", plan).await?;
     Ok(Json(ImportedPlan { stored, notes }))
@@ -281,7 +281,7 @@ fn may_change(who: &Principal, vessel: Option<u16>) -> Result<(), ApiError> {
         return Ok(());
     }
     let text = match vessel {
-        None => say("{name} may not change this plan: it takes the role operator on any vessel."),
+        None => say("{name} may not change this plan: it takes the role operator on at least one vessel."),
         Some(vessel) => {
             say("{name} may not change this plan: it takes the role operator on vessel {vessel}.")
                 .with("vessel", vessel)

@@ -241,7 +241,7 @@ async fn detections_come_in_the_formats_of_portals_with_what_the_register_knows(
     assert!(own.lines().nth(1).unwrap().ends_with(",S256-101,Salmon 12,Salmo salar,8.4,m,,"), "{own}");
     assert!(own.lines().nth(2).unwrap().ends_with(",,,,,,,"), "{own}");
     for (query, told) in [
-        ("format=vemco", "format: `vemco` is no format; there are lutra"),
+        ("format=vemco", "format: `vemco` is not a format; there are lutra"),
         ("format=vue&spreadsheet=comma", "spreadsheet:"),
     ] {
         let answer = shore.get(&format!("/api/v1/detections.csv?{query}"), &token).await;

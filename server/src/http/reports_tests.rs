@@ -90,7 +90,7 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     };
     let both = ["0x0814 Navigation: Origin Distance 10 -> 11", "0x0814 Navigation: Other ? -> z"];
     assert_eq!(of("asked"), both);
-    assert_eq!(of("you do not have control").len(), 2, "{written:?}");
+    assert_eq!(of("You do not have control").len(), 2, "{written:?}");
 }
 
 #[tokio::test]

@@ -190,7 +190,7 @@ async fn what_can_be_chosen_can_be_asked_for() {
     let token = shore.token(None, Role::Viewer).await;
     let vessels: Vec<TableChoice> = json(&shore, "/api/v1/table/vessels", &token).await;
     let values: Vec<&str> = vessels.iter().map(|one| &*one.value).collect();
-    assert_eq!(values, ["0x0814", "0x0815"], "a console is no vessel");
+    assert_eq!(values, ["0x0814", "0x0815"], "a console is not a vessel");
     let series: Vec<TableChoice> = json(&shore, "/api/v1/table/series?vessel=0x0815", &token).await;
     let voltage = series.iter().find(|one| one.value == "Voltage.2.value").unwrap();
     assert_eq!(voltage.text, "Voltage Battery value [V]");
@@ -259,5 +259,5 @@ async fn what_cannot_be_asked_is_refused_with_what_to_write() {
         assert!(answer.body.replace("\\\"", "\"").contains(said), "{query}: {}", answer.body);
     }
     let empty = rows(&shore, "series=Voltage.77.value", &token).await;
-    assert!(empty.is_empty(), "an entity that sent nothing is no mistake");
+    assert!(empty.is_empty(), "an entity that sent nothing is not a mistake");
 }

@@ -58,7 +58,7 @@ fn waits(language: Language, own_s: u64) -> Vec<(u64, String, bool)> {
     }
     let words = |after_s: u64| match after_s {
         0 => t(language, "at once").to_string(),
-        other => t(language, "nobody acknowledged it for {min} min").with("min", minutes(other)).to_string(),
+        other => t(language, "not acknowledged for {min} min").with("min", minutes(other)).to_string(),
     };
     all.into_iter().map(|after_s| (after_s, words(after_s), after_s == own_s)).collect()
 }

@@ -162,7 +162,9 @@ fn closed_page(frame: Frame, closed: &ShareClosed) -> Response {
         ShareClosed::Unknown => (
             StatusCode::NOT_FOUND,
             frame.t("There is no such link"),
-            frame.t("There is no link with this address. Look whether all of it was copied, or ask for a new one."),
+            frame.t(
+                "There is no link with this address. Check that all of it was copied, or ask for a new one.",
+            ),
         ),
         ShareClosed::Revoked => (
             StatusCode::GONE,

@@ -131,7 +131,7 @@ fn authority_in(authority: &Path, authority_key: &Path, now: UtcTime) -> anyhow:
 
 fn read_key(path: &Path) -> anyhow::Result<KeyPair> {
     let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    KeyPair::from_pem(&text).with_context(|| format!("{} is no key", path.display()))
+    KeyPair::from_pem(&text).with_context(|| format!("{} is not a key", path.display()))
 }
 
 /// Result of `lutra-server tls renew`.

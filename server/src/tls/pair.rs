@@ -40,7 +40,7 @@ impl Pair {
         ensure!(first.is_some(), "{} holds no certificate in PEM", wrong("certificate", &tls.certificate));
         let facts = first.and_then(|first| Facts::of(first));
         let facts = facts.with_context(|| {
-            format!("{} is no certificate of X.509", wrong("certificate", &tls.certificate))
+            format!("{} is not a certificate of X.509", wrong("certificate", &tls.certificate))
         })?;
         let key = PrivateKeyDer::from_pem_file(&tls.key).with_context(|| wrong("key", &tls.key))?;
         let certified = CertifiedKey::from_der(chain, key, &ring::default_provider()).with_context(|| {
@@ -99,7 +99,7 @@ mod tests {
         assert!(told(&tls).contains("holds no certificate"));
         std::fs::write(&tls.certificate, "-----BEGIN CERTIFICATE-----\nYWJj\n-----END CERTIFICATE-----\n")
             .unwrap();
-        assert!(told(&tls).contains("is no certificate of X.509"));
+        assert!(told(&tls).contains("is not a certificate of X.509"));
         let made =
             authority::make(folder.path(), &["localhost".to_owned()], false, shore::clock::now()).unwrap();
         let other = Tls { certificate: made.certificate, key: folder.path().join("ca-key.pem") };

@@ -108,7 +108,8 @@ async fn receive<Given: Future<Output = Result<(), Stopped>>>(
             (heard, looked) = (Instant::now(), false);
             deframer.push(&buffer[..length]);
         } else if heard.elapsed() >= SILENCE && !std::mem::replace(&mut told, true) {
-            let silent = Said::from(say("silent for {s} s; the stream stands").with("s", SILENCE.as_secs()));
+            let silent =
+                Said::from(say("silent for {s} s; the connection is open").with("s", SILENCE.as_secs()));
             tracing::warn!(%node, "{silent}");
             ledger.failed(Transport::Tcp, Whose::Peer(node.to_owned()), silent);
         }
@@ -138,7 +139,7 @@ fn packets(deframer: &mut Deframer, node: &str) -> Vec<Incoming> {
             Frame::Packet { view, .. } => batch.push(Incoming::from(Bytes::copy_from_slice(view.bytes()))),
             Frame::Damage(damage) => {
                 metrics::counter!("lutra_damaged_bytes_total", "transport" => "tcp").increment(damage.bytes);
-                tracing::debug!(%node, ?damage, "bytes that are no packet");
+                tracing::debug!(%node, ?damage, "bytes that are not a packet");
             }
         }
     }

@@ -34,6 +34,7 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         Some("svg") => "image/svg+xml",
         Some("png") => "image/png",
         Some("woff2") => "font/woff2",
+        Some("json") => "application/json",
         Some("txt") => "text/plain; charset=utf-8",
         _ => return Err(ApiError::not_found(say("There is no such file."))),
     };

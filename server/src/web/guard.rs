@@ -178,7 +178,7 @@ async fn may(
         Need::Somewhere(least) => (
             who.grants.somewhere(),
             least,
-            say("{name} may not do this: it takes the role {role} on any vessel. Ask an admin."),
+            say("{name} may not do this: it takes the role {role} on at least one vessel. Ask an admin."),
         ),
         Need::OnVessel(least) => {
             let vessel = vessel_in_path(request).await?;

@@ -274,19 +274,19 @@ fn the_home_of_somebody_is_no_data_folder_and_is_left_as_it_is() {
     ] {
         let told = refused(&home, arguments);
         assert!(
-            told.contains(&format!("{} is no folder of Lutra's", home.display())),
+            told.contains(&format!("{} is not a folder of Lutra's", home.display())),
             "{arguments:?}: {told}"
         );
         assert!(told.contains("choose an empty or a new folder, or that of a server"), "{told}");
     }
     let told = command(&home, &["doctor"]);
     let told = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(told.contains("BAD   data folder: ") && told.contains("is no folder of Lutra's"), "{told}");
+    assert!(told.contains("BAD   data folder: ") && told.contains("is not a folder of Lutra's"), "{told}");
     // Nor does a backup go there.
     let data = scratch.path().join("data");
     fill(&data, 0..10);
     let told = refused(&data, &["backup", home.to_str().unwrap()]);
-    assert!(told.contains("is no folder of Lutra's"), "{told}");
+    assert!(told.contains("is not a folder of Lutra's"), "{told}");
     assert!(rights(&home) == before, "{:?}", rights(&home));
 }
 

@@ -194,7 +194,10 @@ fn mistakes_are_told_with_their_remedy() {
     ] {
         let output = run(&nowhere, command);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!output.status.success() && told.contains("slip is no data folder"), "{command:?}: {told}");
+        assert!(
+            !output.status.success() && told.contains("slip is not a data folder"),
+            "{command:?}: {told}"
+        );
     }
     assert!(!nowhere.exists(), "nothing is made where nothing was");
 }
@@ -310,8 +313,11 @@ fn it_serves_encrypted_with_a_certificate_of_its_own() {
 #[test]
 fn the_doctor_names_what_is_not_well() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("app.db"), "this is no database, but long enough to be taken for one")
-        .unwrap();
+    std::fs::write(
+        folder.path().join("app.db"),
+        "this is not a database, but long enough to be taken for one",
+    )
+    .unwrap();
     let output = run(folder.path(), &["doctor", "--set", "http.listen=127.0.0.1:0"]);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(!output.status.success() && told.contains("BAD   people: app.db"), "{told}");

@@ -70,7 +70,7 @@ impl NoGoAreas {
         let mut every = tokio::time::interval(TELL_EVERY);
         while stop.run_until_cancelled(every.tick()).await.is_some() {
             if let Err(error) = self.tell().await {
-                tracing::warn!(%error, "the chart is told later which areas are closed");
+                tracing::warn!(%error, "the chart learns later which areas are closed");
             }
         }
     }
@@ -337,7 +337,7 @@ fn in_chart(rows: &[Row]) -> NoGo {
         } else {
             let id = row.id;
             all.lost = Some(format!(
-                "area {id} cannot be read from app.db: lift it, and close it anew where it lies"
+                "area {id} cannot be read from app.db: lift it, and close it again where it lies"
             ));
         }
     }

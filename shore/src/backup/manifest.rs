@@ -102,7 +102,7 @@ impl Manifest {
         let path = backup.join(MANIFEST);
         let text = fs::read(&path).with_context(|| {
             format!(
-                "{} is no whole backup: it has no {MANIFEST}; run `lutra-server backup` to its end, and again where an \
+                "{} is not a whole backup: it has no {MANIFEST}; run `lutra-server backup` to its end, and again where an \
                  earlier version made it",
                 backup.display()
             )

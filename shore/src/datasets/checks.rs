@@ -102,7 +102,7 @@ impl Task {
 }
 
 fn busy() -> Error {
-    Error::new(ErrorKind::Busy, say("As many files as may are being checked; try again in a moment."))
+    Error::new(ErrorKind::Busy, say("Too many files are being checked; try again in a moment."))
 }
 
 /// Compares the published content with the present one.

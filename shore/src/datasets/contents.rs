@@ -146,7 +146,7 @@ fn about(version: &DatasetVersion) -> About {
 /// What a file has. It takes the place of an export while it is computed, and ends when nobody waits for it.
 pub(super) async fn content_of(history: &History, frozen: Frozen) -> Result<DatasetContent> {
     let Ok(place) = Arc::clone(&history.exports).try_acquire_owned() else {
-        let text = say("As many exports as may are running; try again in a moment.");
+        let text = say("Too many exports are running; try again in a moment.");
         return Err(Error::new(ErrorKind::Busy, text));
     };
     let given_up = CancellationToken::new();

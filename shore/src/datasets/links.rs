@@ -34,7 +34,7 @@ impl Request for Add {
         let query = sqlx::query_scalar(sql).bind(self.dataset).bind(self.share.made.time_us);
         let count: i64 = query.fetch_one(&mut *db).await?;
         if count >= SHARES {
-            return Err(Fault::refused(say("{n} links to the dataset are open, and no more may be. Revoke one that nobody needs any more.").with("n", SHARES)));
+            return Err(Fault::refused(say("{n} links to the dataset are open, which is the most. Revoke one that is not needed any more.").with("n", SHARES)));
         }
         let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body) VALUES (?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.hash.to_vec()).bind(self.password);

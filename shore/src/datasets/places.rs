@@ -55,7 +55,8 @@ impl Datasets {
     /// This link, or all links together, have reached their limit.
     pub fn place(&self, open: &OpenShare) -> Result<LinkPlace> {
         self.places.take(open.share.id).ok_or_else(|| {
-            let text = say("A file is being downloaded by this link already, or as many by links as may be; try again in a moment.");
+            let text =
+                say("This link is downloading a file already, or too many links are; try again in a moment.");
             Error::new(ErrorKind::Busy, text)
         })
     }

@@ -140,7 +140,7 @@ impl Datasets {
     pub async fn publish(&self, who: &Principal, from: String, id: i64, revision: u32) -> Result<Dataset> {
         let dataset = self.mine(who, id, revision).await?;
         let draft = dataset.draft.ok_or_else(|| {
-            Error::refused(say("Nothing of it waits for publication. Make a new version first."))
+            Error::refused(say("Nothing is waiting to be published. Make a new version first."))
         })?;
         let (register, study) = self.register.study().await?;
         let draft = checked(draft, &study)?;

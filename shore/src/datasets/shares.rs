@@ -20,7 +20,7 @@ const OPEN_US: i64 = 43_200_000_000;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ShareClosed {
     /// There is no link with this address.
-    #[error("There is no link with this address. Look whether all of it was copied, or ask for a new one.")]
+    #[error("There is no link with this address. Check that all of it was copied, or ask for a new one.")]
     Unknown,
     /// It was revoked.
     #[error("This link was revoked by those who made it. Ask them for a new one.")]
@@ -43,9 +43,9 @@ impl ShareClosed {
     /// The same with its wording.
     pub fn said(&self) -> Said {
         match self {
-            Self::Unknown => {
-                say("There is no link with this address. Look whether all of it was copied, or ask for a new one.")
-            }
+            Self::Unknown => say(
+                "There is no link with this address. Check that all of it was copied, or ask for a new one.",
+            ),
             Self::Revoked => say("This link was revoked by those who made it. Ask them for a new one."),
             Self::Expired => say("This link has ended. Ask those who made it for a new one."),
             Self::Withdrawn(reason) => say("The dataset was withdrawn: {reason}").with("reason", reason),

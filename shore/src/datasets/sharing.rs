@@ -94,7 +94,8 @@ impl Datasets {
         for (field, time) in [("from_us", asked.from_us), ("to_us", asked.to_us)] {
             if time.is_some_and(|time| !(0..=9_007_199_254_740_991).contains(&time)) {
                 return Err(malformed(
-                    Said::from(say("is no time from 1970 to 2255; give µs since 1970 UTC")).of_field(field),
+                    Said::from(say("is not a time from 1970 to 2255; give µs since 1970 UTC"))
+                        .of_field(field),
                 ));
             }
         }
@@ -106,7 +107,9 @@ impl Datasets {
         if tags.len() > 200 {
             return Err(malformed(
                 Said::from(
-                    say("there are {count}, {most} may be").with("count", tags.len()).with("most", 200),
+                    say("there are {count}; at most {most} are allowed")
+                        .with("count", tags.len())
+                        .with("most", 200),
                 )
                 .of_field("tags"),
             ));

@@ -12,7 +12,8 @@
 
 use super::export;
 use super::shelf::{Found, Kept, Shelf, Unread, Wanted};
-use api::{DetectionsSummary, DetectionsSummaryQuery};
+use crate::error::asked_wrong;
+use api::{DetectionsSummary, DetectionsSummaryQuery, say};
 use imc::Address;
 use research::{HORIZON_S, Narrowed, Question, Ranks, Sightings, SightingsBuilder, Study};
 use std::collections::{BTreeMap, BTreeSet};
@@ -159,7 +160,9 @@ impl Explorer {
             let now = Instant::now();
             let unread = state.shelf.unread(wanted, asked, now);
             if let Some(trouble) = state.trouble.take() {
-                return Err(StoreError::Query(format!("detections cannot be read: {trouble}")));
+                return Err(asked_wrong(
+                    say("detections cannot be read: {trouble}").with("trouble", trouble),
+                ));
             }
             if unread.is_empty() || now >= until {
                 return Ok(());
@@ -295,7 +298,7 @@ pub fn question(
 /// # Errors
 /// There is no such project, or the area is not valid.
 pub fn narrowed(projects: &[String], area: Option<&str>, study: &Study) -> store::Result<Narrowed> {
-    Narrowed::new(projects, area, study).map_err(|text| StoreError::Query(text.into()))
+    Narrowed::new(projects, area, study).map_err(asked_wrong)
 }
 
 #[cfg(test)]

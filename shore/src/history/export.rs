@@ -2,7 +2,8 @@
 //!
 //! Every error names the parameter and says what to do instead.
 
-use api::{ExportQuery, LogQuery, Vessel};
+use crate::error::asked_wrong;
+use api::{ExportQuery, LogQuery, Said, Vessel, say};
 use imc::Address;
 use std::collections::BTreeMap;
 use std::num::NonZeroI64;
@@ -181,7 +182,8 @@ impl Export {
         let systems = systems(reader, &self.vessels, named, may)?;
         // To the store an empty list means all; here it means nothing that this person may have.
         if systems.is_empty() {
-            return Err(wrong("vessel", "nothing is recorded that you may export"));
+            let text = say("nothing is recorded that you may export");
+            return Err(asked_wrong(Said::from(text).of_field("vessel")));
         }
         Ok(Selection {
             messages: self.messages,
@@ -258,11 +260,16 @@ pub fn vessels(text: Option<&str>, named: &[Vessel]) -> Result<Vec<u16>, Wrong> 
 pub fn tags(text: Option<&str>) -> Result<Vec<detections::TagFilter>, Wrong> {
     let names = list(text);
     if names.len() > TAGS {
-        let text = format_args!("{} tags are more than {TAGS}; ask for fewer, or by project", names.len());
-        return Err(wrong("tag", text));
+        let text = say("{count} tags are more than {most}; ask for fewer, or by project")
+            .with("count", names.len())
+            .with("most", TAGS);
+        return Err(asked_wrong(Said::from(text).of_field("tag")));
     }
     let tag = |text: &String| {
-        text.parse().map_err(|error| wrong("tag", format_args!("`{}`: {error}", shown(text))))
+        research::tag(text).map_err(|why| {
+            let wrong = say("`{tag}`: {error}").with("tag", shown(text)).with_said("error", why);
+            asked_wrong(Said::from(wrong).of_field("tag"))
+        })
     };
     names.iter().map(tag).collect()
 }

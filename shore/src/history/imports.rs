@@ -349,7 +349,7 @@ impl Job {
         if log.imported().damaged_bytes > GARBAGE_BYTES {
             let most = GARBAGE_BYTES >> 20;
             return off(format!(
-                "more than {most} MiB of it are no packets; `lutra-server import` takes it nevertheless"
+                "more than {most} MiB of it are not packets; `lutra-server import` takes it nevertheless"
             ));
         }
         let most = self.imports.shared.most_bytes;

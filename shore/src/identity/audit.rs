@@ -201,7 +201,7 @@ mod tests {
         for (actor, action, subject, outcome) in [
             ("anna", "teleop.begin", "otter-1 ", "done"),
             ("anna", "teleop.end", "otter-1 the person ended it", "done"),
-            ("anna", "teleop.begin", "otter-2 ", "you do not have control of this vessel"),
+            ("anna", "teleop.begin", "otter-2 ", "You do not have control of this vessel"),
             ("bert", "teleop.begin", "otter-3 ", "asked"),
             ("bert", "teleop.begin", "otter-3 ", "sent: by link"),
             ("bert", "teleop.begin", "otter-3 ", "effect seen: executing teleoperation-mode"),

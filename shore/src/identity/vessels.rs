@@ -59,7 +59,7 @@ async fn add(db: &mut SqliteConnection, address: u16, name: &str, now: UtcTime) 
         return Err(Fault::refused(say("A vessel's name has 1 to 64 letters, digits and . _ - in it.")));
     }
     if matches!(address, 0 | 0xFFFF) {
-        return Err(Fault::refused(say("0 and 0xFFFF are no vessel's address.")));
+        return Err(Fault::refused(say("0 and 0xFFFF cannot be a vessel's address.")));
     }
     let sql = "SELECT name FROM vessel WHERE address = ?1 OR name = ?2";
     let query = sqlx::query_scalar(sql).bind(address).bind(name);

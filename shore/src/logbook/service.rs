@@ -273,8 +273,8 @@ pub(crate) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
     if role(who, vessel) >= Some(Role::Operator) {
         return Ok(());
     }
-    let place =
-        vessel.map_or_else(|| say("any vessel"), |vessel| say("vessel {vessel}").with("vessel", vessel));
+    let place = vessel
+        .map_or_else(|| say("at least one vessel"), |vessel| say("vessel {vessel}").with("vessel", vessel));
     let text = say("vessel: {name} may not write here: it takes the role operator on {place}. Ask an admin.")
         .with("name", &who.name)
         .with_said("place", place);
@@ -306,10 +306,10 @@ fn said(ask: &LogNoteRequest, time_us: i64) -> Result<Said> {
             })?
         }
         (None, Some(_)) => {
-            return Err(malformed(say("lat_deg: a place has a latitude too: give both, or none")));
+            return Err(malformed(say("lat_deg: a place has a latitude too: give both or neither")));
         }
         (Some(_), None) => {
-            return Err(malformed(say("lon_deg: a place has a longitude too: give both, or none")));
+            return Err(malformed(say("lon_deg: a place has a longitude too: give both or neither")));
         }
     };
     Ok(Said { time_us, vessel: ask.vessel, place, text })
@@ -332,7 +332,7 @@ pub(crate) fn check_text(name: &str, text: &str, letters: std::ops::RangeInclusi
         return Err(malformed(say("{field}: empty; write something").with("field", name)));
     }
     if count > *letters.end() {
-        let text = say("{field}: has {count} characters, {most} may be: shorten it");
+        let text = say("{field}: has {count} characters; at most {most} are allowed: shorten it");
         return Err(malformed(text.with("field", name).with("count", count).with("most", letters.end())));
     }
     if text.chars().any(|letter| letter.is_control() && letter != '\n' && letter != '\t') {

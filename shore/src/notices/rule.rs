@@ -151,7 +151,7 @@ impl RuleRequest {
             )),
             Way::Mail => match self.target.parse::<lettre::Address>() {
                 Ok(_) => Ok(()),
-                Err(_) => Err(say("\"{text}\" is no address of mail; give one like name@example.org.")
+                Err(_) => Err(say("\"{text}\" is not an e-mail address; give one like name@example.org.")
                     .with("text", &self.target)),
             },
             Way::Webhook => self.check_url(settings.webhooks),
@@ -161,7 +161,7 @@ impl RuleRequest {
     fn check_url(&self, webhooks: Webhooks) -> Result<(), Wording> {
         let url = self.target.parse::<Uri>();
         let Some(url) = url.ok().filter(|url| url.host().is_some() && url.scheme().is_some()) else {
-            return Err(say("\"{text}\" is no URL; give one like https://example.org/hook.")
+            return Err(say("\"{text}\" is not a URL; give one like https://example.org/hook.")
                 .with("text", &self.target));
         };
         if url.authority().is_some_and(|authority| authority.as_str().contains('@')) {

@@ -96,7 +96,7 @@ impl Settings {
         }
         if let Err(error) = from.parse::<lettre::message::Mailbox>() {
             problems.push(format!(
-                "notices.mail.from {from:?} is no address of mail ({error}): give one like \
+                "notices.mail.from {from:?} is not an e-mail address ({error}): give one like \
                  \"Lutra <lutra@example.org>\""
             ));
         }

@@ -355,14 +355,14 @@ async fn webhooks_lead_to_public_addresses_only_unless_the_configuration_says_so
         async move { notices.add(&nils, String::new(), ask(Way::Webhook, url)).await.err().unwrap().text }
     };
     assert!(refused("http://example.org/").await.contains("https://"));
-    assert!(refused("there").await.contains("is no URL"));
+    assert!(refused("there").await.contains("is not a URL"));
     assert!(refused("https://me:secret@example.org/").await.contains("password"));
     let mail = office.notices.add(&office.nils, String::new(), ask(Way::Mail, "a@example.org")).await;
     assert!(mail.err().unwrap().text.contains("notices.mail.host"));
     // A name that resolves to this computer is detected at lookup.
     let made = office.add(ask(Way::Webhook, "https://localhost:1/")).await;
     let test = office.notices.test(&office.nils, made.id).await.unwrap();
-    assert!(test.outcome == "refused" && test.words.contains("no public address"), "{test:?}");
+    assert!(test.outcome == "refused" && test.words.contains("not a public address"), "{test:?}");
     assert!(office.notices.test(&office.nils, made.id + 1).await.is_err(), "nobody's rule");
 }
 

@@ -111,7 +111,7 @@ async fn address(host: &str, port: u16, allowed: Webhooks) -> anyhow::Result<Res
     Ok(match (allowed, private) {
         (Webhooks::Any, _) | (Webhooks::Public, None) => Ok(*first),
         (Webhooks::Public, Some(one)) => Err(format!(
-            "{host} leads to {}, which is no public address; the server's configuration decides whether that may be \
+            "{host} leads to {}, which is not a public address; the server's configuration decides whether that may be \
              (notices.webhooks)",
             one.ip()
         )),

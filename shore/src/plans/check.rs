@@ -36,7 +36,7 @@ pub fn limits(plan: &PlanDocument) -> Result<(), Said> {
         return Err(say("A plan's description has up to {most} letters.").with("most", DESCRIPTION).into());
     }
     if matches!(plan.vessel, Some(0 | 0xFFFF)) {
-        return Err(say("0 and 0xFFFF are no vessel's address.").into());
+        return Err(say("0 and 0xFFFF cannot be a vessel's address.").into());
     }
     let count = plan.maneuvers.len();
     if count > MANEUVERS {

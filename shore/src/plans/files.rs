@@ -2,13 +2,18 @@
 
 use super::check::{places, told};
 use super::translate::{document, specification};
-use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, PlanTrouble, SpeedUnit};
+use super::trouble::said;
+use super::unread::{no_geojson, no_gpx};
+use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, PlanTrouble, Said, SpeedUnit, say};
+use geofile::geojson::GeoJsonError;
 use geofile::{Geometry, Position, Shape, Shapes, geojson, gpx};
 use imc::messages::Message;
 use onboard::LONGEST_PLAN_NAME;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
+/// Problems of a plan that are named.
+const PROBLEMS: usize = 10;
 /// Speed if a file does not give one (m/s).
 const SPEED_MPS: f64 = 1.5;
 
@@ -48,11 +53,11 @@ impl Format {
 ///
 /// # Errors
 /// It cannot be written as IMC, or is too long for it.
-pub fn write(plan: &PlanDocument, format: Format) -> Result<String, String> {
+pub fn write(plan: &PlanDocument, format: Format) -> Result<String, Said> {
     match format {
         Format::Imc => {
             let plan = specification(plan).map_err(|troubles| words(&troubles))?;
-            imc::json::message_to_string(&plan.into()).map_err(|error| error.to_string())
+            imc::json::message_to_string(&plan.into()).map_err(|error| Said::as_is(error.to_string()))
         }
         Format::GeoJson => Ok(geojson::write(&shapes(plan))),
         Format::Gpx => Ok(gpx::write(&shapes(plan))),
@@ -63,12 +68,12 @@ pub fn write(plan: &PlanDocument, format: Format) -> Result<String, String> {
 ///
 /// # Errors
 /// It is not valid; the error gives the position.
-pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), String> {
+pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), Said> {
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
     let (mut plan, notes) = match start.first() {
-        Some(b'<') => gpx::read(bytes).map_err(|error| error.to_string()).and_then(from_shapes)?,
+        Some(b'<') => gpx::read(bytes).map_err(no_gpx).and_then(from_shapes)?,
         Some(b'{') => from_json(start)?,
-        _ => return Err("it is neither GPX nor GeoJSON nor JSON of an IMC PlanSpecification".to_owned()),
+        _ => return Err(say("it is neither GPX nor GeoJSON nor JSON of an IMC PlanSpecification").into()),
     };
     let stem = file.split('.').next().unwrap_or_default();
     let given = [plan.name.as_str(), stem, "Plan"].map(name);
@@ -77,21 +82,21 @@ pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), Str
     Ok((plan, notes))
 }
 
-fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<String>), String> {
+fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<String>), Said> {
     let mut value: Value =
-        serde_json::from_slice(bytes).map_err(|error| format!("this is no JSON: {error}"))?;
+        serde_json::from_slice(bytes).map_err(|error| no_geojson(GeoJsonError::Json(error.to_string())))?;
     let Some(object) = value.as_object_mut().filter(|object| object.contains_key("abbrev")) else {
-        return geojson::read(bytes).map_err(|error| error.to_string()).and_then(from_shapes);
+        return geojson::read(bytes).map_err(no_geojson).and_then(from_shapes);
     };
     // The header of a whole packet.
     object.retain(|key, _| !matches!(key.as_str(), "header" | "endian"));
-    match imc::json::message_from_value(&value).map_err(|error| error.to_string())? {
+    match imc::json::message_from_value(&value).map_err(|error| Said::as_is(error.to_string()))? {
         Message::PlanSpecification(plan) => {
             let (document, mut notes) = document(&plan).map_err(|troubles| words(&troubles))?;
             notes.extend(told(&plan));
             Ok((document, notes))
         }
-        other => Err(format!("it holds a {}, not a PlanSpecification", other.abbrev())),
+        other => Err(say("it holds a {found}, not a PlanSpecification").with("found", other.abbrev()).into()),
     }
 }
 
@@ -122,13 +127,15 @@ fn shapes(plan: &PlanDocument) -> Shapes {
     }
 }
 
-fn from_shapes(file: Shapes) -> Result<(PlanDocument, Vec<String>), String> {
+fn from_shapes(file: Shapes) -> Result<(PlanDocument, Vec<String>), Said> {
     let mut maneuvers = Vec::with_capacity(file.shapes.len());
     for (shape, number) in file.shapes.into_iter().zip(1..) {
-        maneuvers.push(step(shape).map_err(|text| format!("feature {number}: {text}"))?);
+        let step = step(shape)
+            .map_err(|why| say("feature {number}: {why}").with("number", number).with("why", why))?;
+        maneuvers.push(step);
     }
     if maneuvers.is_empty() {
-        return Err("there are no points and lines in it".to_owned());
+        return Err(say("it has no points or lines").into());
     }
     let text = file.properties.get("description").and_then(Value::as_str).unwrap_or_default();
     let plan = PlanDocument {
@@ -207,13 +214,9 @@ fn cut(text: &str, bytes: usize) -> &str {
     &text[..end.unwrap_or(0)]
 }
 
-/// Joins problems into one text.
-fn words(troubles: &[PlanTrouble]) -> String {
-    let one = |trouble: &PlanTrouble| match &trouble.maneuver {
-        Some(maneuver) => format!("{maneuver}: {}", trouble.text),
-        None => trouble.text.clone(),
-    };
-    let told: Vec<String> = troubles.iter().take(10).map(one).collect();
-    let more = troubles.len().saturating_sub(10);
-    told.join("; ") + &if more > 0 { format!("; and {more} more") } else { String::new() }
+/// Problems, each on a line.
+fn words(troubles: &[PlanTrouble]) -> Said {
+    let more = troubles.len().saturating_sub(PROBLEMS);
+    let more = (more > 0).then(|| say("and {more} more").with("more", more).into());
+    Said::lines(troubles.iter().take(PROBLEMS).map(said).chain(more))
 }

@@ -9,6 +9,7 @@ mod route;
 mod store;
 mod translate;
 mod trouble;
+mod unread;
 
 #[cfg(test)]
 mod tests;

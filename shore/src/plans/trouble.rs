@@ -133,7 +133,7 @@ fn worded(trouble: &PlanTrouble) -> Option<Wording> {
             .with("depth", format!("{:.1}", figure("depth_m")))
             .with("most", format!("{:.1}", figure("most_m"))),
         "no-place" => say("This is not a place: latitude −90 to 90°, longitude −180 to 180°"),
-        "null-island" => say("The position is 0, 0: nobody filled it in"),
+        "null-island" => say("The position is 0, 0: it was not filled in"),
         "outside-area" => say("It leaves the area of operation by {distance} m").with("distance", whole("by_m")),
         "speed" => {
             say("This speed is not possible. Choose one above 0 and up to {mps} m/s, {rpm} rpm or {percent} %.")

@@ -177,9 +177,8 @@ impl Register {
             return Ok(answer);
         }
         let Some(seen) = query.version else {
-            let text = say(
-                "version: give that of the answer which told what would be changed; ask for that without apply",
-            );
+            let text =
+                say("version: give the one in the answer that lists the changes; ask for it without apply");
             return Err(malformed(text));
         };
         if seen != version {
@@ -314,7 +313,7 @@ fn problems(answer: &RegisterImport) -> Said {
         }
     });
     let more = (count > TOLD).then(|| say("… and {n} more").with("n", count - TOLD).into());
-    say("Nothing was taken of the file, which has {count} problems:\n{problems}")
+    say("Nothing was imported from the file, which has {count} problems:\n{problems}")
         .with("count", count)
         .with_lines("problems", told.chain(more))
         .into()

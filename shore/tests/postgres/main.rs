@@ -276,7 +276,9 @@ async fn whatever_a_packet_holds_is_there_and_can_be_turned_back() {
         postgres.say("SELECT id, encode(payload, 'hex') FROM lutra._raw ORDER BY id"),
         "660,09\n2007,0707070707\n60001,010203"
     );
-    assert!(postgres.say("SELECT problem FROM lutra._raw WHERE id = 2007").contains("is no TBRFishTag"));
+    assert!(
+        postgres.say("SELECT problem FROM lutra._raw WHERE id = 2007").contains("is not that of TBRFishTag")
+    );
 }
 
 /// What a vessel says of one detection: all of it as an Event, then what IMC's own message holds.

@@ -236,6 +236,6 @@ mod tests {
         assert_eq!(bytes[8..16], 250_000_i64.to_ne_bytes());
         assert_eq!(bytes[16..24], (-0.3_f64).to_ne_bytes());
         chrony.set_nonblocking(true).unwrap();
-        assert!(chrony.recv(&mut bytes).is_err(), "the same time is no second sample");
+        assert!(chrony.recv(&mut bytes).is_err(), "the same time is not a second sample");
     }
 }

@@ -103,7 +103,7 @@ pub(crate) fn replay(path: &Path) -> anyhow::Result<Replayed> {
     let mut first = String::new();
     file.read_line(&mut first)?;
     if first.trim_end() != FORMAT {
-        bail!("`{}` is no recording of this version ({FORMAT})", first.trim_end());
+        bail!("`{}` is not a recording of this version ({FORMAT})", first.trim_end());
     }
     let mut beginning = Beginning {
         config: String::new(),

@@ -145,7 +145,7 @@ fn judge(device: Device, place: &str, heard: &BTreeMap<Device, Heard>) -> Findin
         Some(State::Working) if device == Device::Compass && !heard.fix => Finding::warn(
             part,
             format!("{place} answers, and has no position"),
-            "indoors there is none; outdoors it takes up to some minutes",
+            "indoors it does not come; outdoors it takes up to some minutes",
         ),
         Some(State::Working) if device == Device::Compass && !heard.heading => Finding::fail(
             part,

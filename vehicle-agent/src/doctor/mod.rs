@@ -177,7 +177,7 @@ fn chart(data: &Path, config: &Config) -> Finding {
         }
         (Ok(None), Ok(Chart::Off) | Err(_)) => Finding::warn(
             part,
-            "none is aboard: nothing keeps plans off the ground",
+            "no chart is aboard: nothing keeps plans off the ground",
             "connect to the shore once, or set `Chart` in [Supervisors.Grounding]",
         ),
     }

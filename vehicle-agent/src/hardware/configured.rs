@@ -249,7 +249,7 @@ pub(crate) fn motors_place(section: &Section) -> anyhow::Result<(Place, Wire)> {
     let Some(adapter) = text.strip_prefix("slcan:") else {
         if text.contains('/') {
             bail!(
-                "CAN Port - Device: `{text}` is no CAN interface; an adapter on a serial port is written as slcan:{text}"
+                "CAN Port - Device: `{text}` is not a CAN interface; an adapter on a serial port is written as slcan:{text}"
             );
         }
         return Ok((Place::Can(text), Wire::Kernel(Vec::new())));
@@ -283,7 +283,7 @@ pub(crate) fn motors_config(section: &Section) -> anyhow::Result<MotorsConfig> {
             continue;
         }
         let (rail, channel) = table.place(label).with_context(|| {
-            format!("Power Channel {label}: a card of this kind has none; see `Card Rails`")
+            format!("Power Channel {label}: a card of this kind has no such channel; see `Card Rails`")
         })?;
         let on = states.iter().any(|(of, state)| *of == label && *state == 1);
         channels.push(ChannelConfig { name, rail, channel, on });

@@ -143,7 +143,7 @@ mod tests {
         let id = 0x80D0_FEAB_u32.to_ne_bytes();
         assert_eq!(bytes, [&id[..], &[4, 0, 0, 0, 1, 2, 3, 4, 0, 0, 0, 0]].concat());
         let error = [&(BUS_ERROR | 4).to_ne_bytes()[..], &[8; 12]].concat();
-        assert_eq!(kernel_frame(&error), None, "an error of the bus is no frame");
+        assert_eq!(kernel_frame(&error), None, "an error of the bus is not a frame");
         let long = [&EXTENDED.to_ne_bytes()[..], &[9; 12]].concat();
         assert_eq!(kernel_frame(&long), None, "a length beyond eight");
     }

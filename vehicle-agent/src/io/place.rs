@@ -52,7 +52,7 @@ impl Place {
         }
         if !text.starts_with('/') {
             bail!(
-                "`{text}` is no port: write a path as /dev/serial/by-id/..., tcp://host:port, udp://address:port or file:path"
+                "`{text}` is not a port: write a path as /dev/serial/by-id/..., tcp://host:port, udp://address:port or file:path"
             );
         }
         Ok(Self::Serial { path: text.into(), baud })
@@ -63,7 +63,7 @@ impl Place {
 fn with_port(text: &str) -> anyhow::Result<String> {
     let text = text.trim_end_matches('/');
     let (_, port) = text.rsplit_once(':').with_context(|| format!("`{text}` has no `:port`"))?;
-    port.parse::<u16>().with_context(|| format!("`{port}` of `{text}` is no port"))?;
+    port.parse::<u16>().with_context(|| format!("`{port}` of `{text}` is not a port"))?;
     Ok(text.to_owned())
 }
 

@@ -350,7 +350,7 @@ mod tests {
         let interface = format!("test-{}", std::process::id());
         let mut port = Port::Can(CanSocket::from(own), BusLock::take(&interface).unwrap());
         let frames: Vec<u8> = (0..48).collect();
-        assert_eq!(port.write(&frames[..40]).unwrap(), 32, "of what is no whole frame nothing leaves");
+        assert_eq!(port.write(&frames[..40]).unwrap(), 32, "of what is not a whole frame nothing leaves");
         let mut frame = [0; 64];
         for wanted in frames[..32].chunks(16) {
             assert_eq!(rustix::io::read(&card, &mut frame).unwrap(), 16);

@@ -33,7 +33,7 @@ impl Serial {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let fd = open(&path, flags, Mode::empty()).map_err(|errno| explain(&path, errno))?;
         if !isatty(&fd) {
-            let text = format!("{} is no serial port; a recording is written as file:{0}", path.display());
+            let text = format!("{} is not a serial port; a recording is written as file:{0}", path.display());
             return Err(OpenError(text));
         }
         // Two locks, as the kernel lets root bypass the first.
@@ -209,7 +209,7 @@ mod tests {
         let absent = text(Path::new("/dev/serial/by-id/usb-nothing-if00"));
         assert!(absent.contains("there is no /dev/serial/by-id/usb-nothing-if00"), "{absent}");
         let file = text(&Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"));
-        assert!(file.contains("is no serial port; a recording is written as file:/"), "{file}");
+        assert!(file.contains("is not a serial port; a recording is written as file:/"), "{file}");
         let denied = explain(Path::new("/dev/ttyUSB7"), Errno::ACCESS).to_string();
         assert!(denied.contains("/dev/ttyUSB7") && denied.contains("dialout"), "{denied}");
     }

@@ -176,7 +176,7 @@ fn listen_announce(
 ) -> anyhow::Result<Option<u16>> {
     let free = announce.ports.iter().find_map(|port| UdpSocket::bind((bind, *port)).ok());
     let Some(socket) = free else {
-        tracing::warn!(ports = ?announce.ports, "no port for announcements is free; none are heard");
+        tracing::warn!(ports = ?announce.ports, "no port for announcements is free; announcements are not heard");
         return Ok(None);
     };
     let port = socket.local_addr()?.port();

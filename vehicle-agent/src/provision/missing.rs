@@ -45,7 +45,7 @@ fn chart(bundle: &Bundle, root: &Path) -> Finding {
         (true, _) => Finding::ok("chart", "one is aboard; the shore sends a newer one by the link"),
         (false, true) => Finding::ok("chart", "it is in the bundle"),
         (false, false) => {
-            Finding::warn("chart", "none is aboard", "connect to the shore once before the first plan")
+            Finding::warn("chart", "no chart is aboard", "connect to the shore once before the first plan")
         }
     }
 }

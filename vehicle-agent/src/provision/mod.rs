@@ -97,7 +97,7 @@ fn tell_next(bundle: &Bundle, root: &Path) {
 fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
     let name = || path.display().to_string();
     let about = fs::metadata(path).with_context(name)?;
-    ensure!(about.is_file(), "{} is no file", path.display());
+    ensure!(about.is_file(), "{} is not a file", path.display());
     let mut file = File::open(path).with_context(name)?;
     let mut bytes = Vec::new();
     file.by_ref().take(HEAD_BYTES).read_to_end(&mut bytes).with_context(name)?;

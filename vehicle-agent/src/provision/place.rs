@@ -129,7 +129,7 @@ fn service(bundle: &Bundle) -> Vec<u8> {
 pub(super) fn within(root: &Path, place: &str) -> anyhow::Result<PathBuf> {
     let mut path = root.to_owned();
     for part in Path::new(place).components() {
-        let Component::Normal(part) = part else { bail!("{place} is no place below {}", root.display()) };
+        let Component::Normal(part) = part else { bail!("{place} is not a place below {}", root.display()) };
         path.push(part);
         match fs::symlink_metadata(&path) {
             Ok(about) if about.is_symlink() => {

@@ -150,7 +150,7 @@ fn a_half_copied_file_is_refused_before_the_passphrase_is_asked_for() {
     let path = folder.path().join("x.bundle");
     fs::write(&path, "no bundle").unwrap();
     assert!(told(read(&path)).contains("this file is not a bundle"));
-    assert!(told(read(folder.path())).contains("is no file"));
+    assert!(told(read(folder.path())).contains("is not a file"));
     let sealed = bundle_of("ntnu-otter-01", MADE, Vec::new());
     let sealed = sealed.seal("kelp-otter-skerry", provision::Randomness([1; 28])).unwrap();
     fs::write(&path, &sealed).unwrap();

@@ -163,7 +163,7 @@ fn a_part_that_lutra_does_not_watch_is_told() {
     let more = "[Monitors.Entities]\nDefault Monitoring = Navigation, Simulation Engine\n";
     let config = load(&format!("{}\n{more}", crate::OTTER_INI), "");
     let (_, doubts) = settings(&config, 1).unwrap();
-    assert_eq!(doubts, ["[Monitors.Entities] `Simulation Engine` is no part that Lutra watches"]);
+    assert_eq!(doubts, ["[Monitors.Entities] `Simulation Engine` is not a part that Lutra watches"]);
 }
 
 const START: UtcTime = UtcTime::from_micros(1_790_000_100_000_000);

@@ -116,7 +116,7 @@ fn way(section: &Section, server: &Server) -> anyhow::Result<Door> {
     let address = (!address.is_empty()).then(|| {
         address
             .parse()
-            .with_context(|| format!("Source Address: `{address}` is no IP address, such as 192.0.2.7"))
+            .with_context(|| format!("Source Address: `{address}` is not an IP address, such as 192.0.2.7"))
     });
     let daily_bytes = Some(section.get(&lutra::DAILY_BUDGET).unsigned_abs() << 20).filter(|bytes| *bytes > 0);
     let metered = section.get(&lutra::METERED);

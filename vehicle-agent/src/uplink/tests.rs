@@ -488,7 +488,7 @@ fn a_way_that_cannot_be_used_is_refused_with_its_section() {
     let way =
         |more: &str| ways(&format!("[Transports.LutraWay/4G]\nEnabled = Always\nEntity Label = 4G\n{more}"));
     for (more, wrong) in [
-        ("Source Address = wwan0", "`wwan0` is no IP address"),
+        ("Source Address = wwan0", "`wwan0` is not an IP address"),
         ("Interface = an-interface-too-long", "longer than a name of an interface"),
         ("Daily Budget = 5", "only a way that is `Metered`"),
         ("URL = http://x/", "ws:// or wss://"),

@@ -100,7 +100,7 @@ impl Worker {
         });
         let keeper = settings.chart.as_deref().map(|data| Keeper::start(data, Arc::clone(&queue)));
         let keeper = keeper.transpose().inspect_err(|error| {
-            tracing::error!("uplink: no thread for the shore's chart: {error}; none is fetched");
+            tracing::error!("uplink: no thread for the shore's chart: {error}; the chart is not fetched");
         });
         Self {
             rate_filter: RateFilter::new(settings.filter.clone()),

@@ -45,7 +45,7 @@ export function DatasetForm({ first, label, people, projects, vessels, send, can
           {field("publisher", t("Publisher, the institution"), (marks) => line("publisher", marks, { maxLength: 300 }))}
           {field("licence", t("Licence"), (marks) => <select {...marks} value={draft.licence} onChange={(event) => change({ licence: event.currentTarget.value })}>{LICENCES.map(([id, words]) => <option key={id} value={id}>{words}</option>)}<option value={OWN}>{t("own words")}</option></select>)}
           {draft.licence === OWN && field("own", t("What others may do with it"), (marks) => line("ownLicence", marks, { maxLength: 300 }))}
-          {field("embargo_until", t("Others get the data from (empty for at once)"), (marks) => <WhenField marks={marks} kind="day" value={draft.embargo} changed={(embargo) => change({ embargo })} />)}
+          {field("embargo_until", t("Others get the data from (empty: at once)"), (marks) => <WhenField marks={marks} kind="day" value={draft.embargo} changed={(embargo) => change({ embargo })} />)}
           {field("doi", t("DOI, where it has one"), (marks) => line("doi", marks, { placeholder: "10.5281/zenodo.1234" }))}
         </div>
       </fieldset>
@@ -77,7 +77,7 @@ function Authors({ chosen, people, wrong, choose }: { readonly chosen: readonly 
       <label for="dataset-authors">{t("Authors, in the order in which they are cited")}</label>
       {chosen.length > 0 && <ol>
         {chosen.map((name, at) => (
-          <li key={name}>{name} {at > 0 && <button type="button" aria-label={t("{name} one place up", { name })} onClick={() => up(at)}>↑</button>} <button type="button" aria-label={t("Take {name} out", { name })} onClick={() => choose(chosen.filter((one) => one !== name))}>×</button></li>
+          <li key={name}>{name} {at > 0 && <button type="button" aria-label={t("{name} one place up", { name })} onClick={() => up(at)}>↑</button>} <button type="button" aria-label={t("Remove {name} from the authors", { name })} onClick={() => choose(chosen.filter((one) => one !== name))}>×</button></li>
         ))}
       </ol>}
       <select id="dataset-authors" value="" aria-invalid={wrong !== ""} aria-describedby="dataset-authors-wrong" onChange={(event) => { if (event.currentTarget.value) choose([...chosen, event.currentTarget.value]); event.currentTarget.value = ""; }}>

@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import type { RecordedDay } from "../api/types.gen";
 import { bytesText } from "../state/takeout";
+import { asCards } from "../ui/cards";
 import { utc } from "../ui/format";
 import { count, t } from "../words/words";
 
@@ -22,17 +23,17 @@ export function Recorded({ days, called, may, choose }: Needs) {
   return (
     <>
       <div class="wide" tabIndex={0} role="region" aria-label={t("Recorded days")}>
-        <table class="compact">
+        <table class="compact" ref={(table) => void (table && asCards(table))}>
           <thead><tr>{[t("Received (UTC)"), t("Vessel"), t("From (UTC)"), t("To (UTC)"), t("Packets"), t("Size"), ""].map((head) => <th key={head} scope="col">{head || <span class="hidden">{t("Actions")}</span>}</th>)}</tr></thead>
           <tbody>
             {days.slice(0, shown).map((day) => (
               <tr key={`${day.day_us}/${day.system}`}>
-                <td class="num">{utc(day.day_us).slice(0, 10)}</td>
+                <td class="num" data-name={t("Received (UTC)")}>{utc(day.day_us).slice(0, 10)}</td>
                 <th scope="row">{called(day)}</th>
-                <td class="num">{utc(day.first_us)}</td>
-                <td class="num">{utc(day.last_us)}</td>
-                <td class="num right">{count(day.packets)}</td>
-                <td class="num right">{bytesText(day.bytes)}</td>
+                <td class="num" data-name={t("From (UTC)")}>{utc(day.first_us)}</td>
+                <td class="num" data-name={t("To (UTC)")}>{utc(day.last_us)}</td>
+                <td class="num right" data-name={t("Packets")}>{count(day.packets)}</td>
+                <td class="num right" data-name={t("Size")}>{bytesText(day.bytes)}</td>
                 <td>
                   <span class="row">
                     <a class="button" href={watch(day)}>{t("Watch")}</a>

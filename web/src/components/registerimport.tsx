@@ -45,10 +45,10 @@ export function RegisterImport({ kind, taken, close }: Needs) {
       <p>{t("A CSV file with a line for each entry; its first line names the columns. A line changes the entry of its name, or adds one; columns that the file does not have stay as they are. Nothing is changed before you have seen it.")} <a href={`/api/v1/register.csv?kind=${kind}`} download>{t("Template, with what is there")}</a></p>
       <div class="row">
         <label>{t("File")} <input ref={file} type="file" accept=".csv,text/csv" onChange={() => { tell(undefined); void ask(); }} /></label>
-        {may && <button type="button" class="main" aria-disabled={busy} onClick={() => void ask(told.version)}>{t("Take it into the register")}</button>}
+        {may && <button type="button" class="main" aria-disabled={busy} onClick={() => void ask(told.version)}>{t("Import into the register")}</button>}
         <button type="button" onClick={close}>{t("Close")}</button>
       </div>
-      <p role="status">{busy ? t("Reading …") : told ? (told.applied ? `${t("Taken.")} ${importText(told)}` : importText(told)) : ""}</p>
+      <p role="status">{busy ? t("Reading …") : told ? (told.applied ? `${t("Imported.")} ${importText(told)}` : importText(told)) : ""}</p>
       {trouble && <p class="bad-text pre" role="alert">{trouble}</p>}
       {told && told.problems.length > 0 && <Problems told={told} />}
       {told && !told.applied && told.changes.length > 0 && <Changes told={told} />}
@@ -59,7 +59,7 @@ export function RegisterImport({ kind, taken, close }: Needs) {
 function Problems({ told: { problems } }: { readonly told: Told }) {
   return (
     <div role="alert">
-      <p class="bad-text">{tn(problems.length, "1 problem: mend it in the file and choose it again. Nothing was taken.", "{n} problems: mend them in the file and choose it again. Nothing was taken.")}</p>
+      <p class="bad-text">{tn(problems.length, "1 problem: correct it in the file and choose it again. Nothing was imported.", "{n} problems: correct them in the file and choose it again. Nothing was imported.")}</p>
       <div class="wide" tabIndex={0} role="region" aria-label={t("What is wrong")}>
         <table class="compact">
           <thead><tr>{[t("Line"), t("Column"), t("What is wrong")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>

@@ -2,6 +2,7 @@
 
 import { getJson, reason } from "../api/http";
 import type { PlanAboard, PlansAboard } from "../api/types.gen";
+import { asCards } from "../ui/cards";
 import { make, setAttribute, setText } from "../ui/dom";
 import { utc } from "../ui/format";
 import { t } from "../words/words";
@@ -65,6 +66,7 @@ export class PlansOfVessel {
     setText(this.none, time_us === null ? t("Plans aboard not reported yet.") : plans.length ? t("Reported by the vessel {time}.", { time: utc(time_us) }) : t("No plan is stored aboard. Upload one first."));
     setAttribute(this.wide, "hidden", plans.length ? null : "");
     this.rows.replaceChildren(...plans.map((plan) => this.row(plan)));
+    asCards(this.table);
     this.enable(this.here);
   }
 
@@ -72,6 +74,6 @@ export class PlansOfVessel {
     const go = make("button", { type: "button", "aria-label": t("Start {plan} …", { plan: plan.plan_id }) }, t("Start …"));
     go.addEventListener("click", () => void this.start(plan));
     const changed = plan.changed_us === null ? "" : `${utc(plan.changed_us)} ${plan.changed_by}`;
-    return make("tr", {}, make("th", { scope: "row" }, plan.plan_id), make("td", { class: "num", title: plan.md5 }, plan.md5.slice(0, 8)), make("td", {}, changed), make("td", {}, ...(this.may ? [go] : [])));
+    return make("tr", {}, make("th", { scope: "row" }, plan.plan_id), make("td", { class: "num", title: plan.md5, "data-name": t("Digest") }, plan.md5.slice(0, 8)), make("td", { "data-name": t("Changed") }, changed), make("td", {}, ...(this.may ? [go] : [])));
   }
 }

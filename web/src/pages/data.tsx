@@ -160,11 +160,11 @@ function Imports({ imports }: { readonly imports: Resource<Import[]> }) {
   const all = imports.value.value;
   return (
     <section>
-      <h2>{t("Brought in")}</h2>
+      <h2>{t("Imported")}</h2>
       {all?.length ? (
         <ul class="imports">{all.map((one) => <li key={one.id}><strong>{one.name}</strong> {t("by {person}, {time}: {n} packets, {state}", { person: one.person, time: utc(one.since_us), n: count(one.packets), state: IMPORT_STATES[one.state] })}</li>)}</ul>
       ) : <p>{imports.trouble.value || t("No log was imported since the server started.")}</p>}
-      <p><a href="/admin/import">{t("Bring a log in")}</a></p>
+      <p><a href="/admin/import">{t("Import a log")}</a></p>
     </section>
   );
 }

@@ -121,7 +121,7 @@ function Filters({ book, names }: { readonly book: Book; readonly names: Named }
       <div class="field">
         <label for="of-vessel">{t("Vessel")}</label>
         <select id="of-vessel" value={vessel.value} onChange={(event) => (vessel.value = event.currentTarget.value)}>
-          <option value="">{t("All vessels, and notes on none")}</option>
+          <option value="">{t("All vessels, and notes about no vessel")}</option>
           {names.map(([address, name]) => <option key={address} value={address}>{name}</option>)}
         </select>
       </div>

@@ -73,7 +73,8 @@ class VesselPage {
   private readonly asker;
   private then: { readonly at: unknown; readonly values: Values; readonly labels: Labels; readonly us: number } | undefined;
   private tab = "";
-  private chosen: readonly Source[] = [];
+  /** What is plotted; undefined until the plots say so. */
+  private chosen: readonly Source[] | undefined;
   /** Whether a picture is asked for, and whether all the rest is to be drawn with it. */
   private due = false;
   private whole = false;
@@ -294,8 +295,8 @@ class VesselPage {
 
   private remember(): void {
     const next = toAddress({ range: this.time.range, play: this.time.play });
-    if (this.chosen.length) next.set("plots", this.chosen.map(written).join(","));
-    else if (!this.begun && this.query.get("plots")) next.set("plots", this.query.get("plots") ?? "");
+    const plots = this.chosen ? this.chosen.map(written).join(",") : this.query.get("plots");
+    if (plots) next.set("plots", plots);
     if (this.tab !== "Plots") next.set("tab", this.tab);
     if (this.beside.addresses.length) next.set("with", this.beside.addresses.join(","));
     history.replaceState(null, "", `${location.pathname}?${next}`);

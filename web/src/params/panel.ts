@@ -79,7 +79,7 @@ async function read(view: ParameterView, reader: Reader): Promise<void> {
     const { told: now, silent, reached } = await reader.read();
     const answered = now.entities.length > 0 && !now.recorded;
     view.silence = !reached ? t("{name} has no connection at present.", { name: view.name() }) : answered ? "" : t("{name} did not answer. See whether it is heard (Link, above) and ask again; some programs report no parameters at all.", { name: view.name() });
-    setText(said, view.silence || (silent.length ? tn(silent.length, "Read. 1 part of the vessel reported none.", "Read. {n} parts of the vessel reported none.") : t("Read.")));
+    setText(said, view.silence || (silent.length ? tn(silent.length, "Read. 1 part of the vessel reported no parameters.", "Read. {n} parts of the vessel reported no parameters.") : t("Read.")));
     view.take(now);
   } catch (error) {
     setText(said, "");

@@ -76,7 +76,7 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
     const { guard, problems, warnings, maneuvers } = answer;
     setText(totals, totalText(answer, plan().repeat));
     totals.toggleAttribute("data-bad", problems.length > 0 || guard?.outcome === "refused");
-    rebuilt(troubles, ...box("bad", t("Problems"), problems), ...verdict.list(plan(), guard, needs.go, needs.around), ...box("warn", t("To know"), warnings));
+    rebuilt(troubles, ...box("bad", t("Problems"), problems), ...verdict.list(plan(), guard, needs.go, needs.around), ...box("warn", t("Good to know"), warnings));
     verdict.update(plan(), maneuvers, guard);
     profile.update(wayOfAll(plan(), maneuvers));
     needs.judged(answer);

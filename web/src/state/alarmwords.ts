@@ -77,9 +77,9 @@ export function chartDiffers(held: boolean, difference: ChartDifference): string
       return held ? t("another sea chart than ashore; the chart from shore could not be used: {why}", { why }) : t("no sea chart aboard; the chart from shore could not be used: {why}", { why });
     }
     case "declined":
-      return held ? t("another sea chart than ashore; the vessel is set up to take none from ashore") : t("no sea chart aboard; the vessel is set up to take none from ashore");
+      return held ? t("another sea chart than ashore; the vessel is set up not to take charts from ashore") : t("no sea chart aboard; the vessel is set up not to take charts from ashore");
     case "none_ashore":
-      return held ? t("there is no sea chart ashore to compare the vessel's with") : t("no sea chart aboard, and none ashore");
+      return held ? t("there is no sea chart ashore to compare the vessel's with") : t("no sea chart aboard and no sea chart ashore");
   }
 }
 

@@ -9,6 +9,7 @@ import { doing, progressText, runs } from "./doing";
 import { tame } from "./foreign";
 import type { Listed } from "./order";
 import type { Reading } from "./vitals";
+import { transportNames } from "./ways";
 
 /** Letters of a vessel's own words on its card. */
 const MOST = 240;
@@ -73,7 +74,7 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
     series: (system.address % SERIES) + 1,
     liveness: linked ? system.liveness : "lost",
     link: !linked ? t("? not known") : never ? t("○ not heard") : LIVENESS[system.liveness],
-    heard: never ? t("not heard since the server started") : tame(system.transports.length ? t("heard {age} ago by {ways}", { age: age(heardS), ways: system.transports.join(", ") }) : t("heard {age} ago", { age: age(heardS) }), MOST),
+    heard: never ? t("not heard since the server started") : tame(system.transports.length ? t("heard {age} ago by {ways}", { age: age(heardS), ways: transportNames(system.transports) }) : t("heard {age} ago", { age: age(heardS) }), MOST),
     doing: told(doing(mode, plan), mode.ageS !== null && (mode.old || !linked)),
     plan: told(runs(plan) ? plan.note : "", plan.old || !linked),
     progress: told(progressText(plan, progress, legs), plan.old || !linked),

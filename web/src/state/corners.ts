@@ -103,7 +103,7 @@ export function cornersOfText(text: string): { readonly corners: readonly PlanPl
   for (const [at, line] of text.split("\n").entries()) {
     if (!line.trim()) continue;
     const found = placeOfLine(line.trim());
-    if (!found) return { wrong: t("Line {number} is no place: write latitude and longitude, as 63.4455, 10.344 or 63°26.73'N 010°20.64'E.", { number: at + 1 }) };
+    if (!found) return { wrong: t("Line {number} is not a place: write latitude and longitude, as 63.4455, 10.344 or 63°26.73'N 010°20.64'E.", { number: at + 1 }) };
     corners.push(found);
   }
   // What is copied from files often ends where it began.

@@ -28,7 +28,7 @@ export const KEYS: readonly Keys[] = [
 ];
 
 export const GLOSSARY: readonly (readonly [string, string])[] = [
-  [t("Alarm, warning, caution"), t("How urgent a trouble is. Emergency and alarm want somebody at once, a warning soon, a caution needs nobody.")],
+  [t("Alarm, warning, caution"), t("How urgent a problem is. An emergency or an alarm needs action at once, a warning soon; a caution is for information.")],
   [t("Battery"), t("Charge as the vessel reports it, in per cent. Below 20 % it is marked.")],
   [t("Chart datum"), t("The level below which depths of the sea chart are counted. In Norway about the lowest tide, so there is usually more water, and at times less.")],
   [t("Course over ground (COG)"), t("The direction in which the vessel moves over the bottom, true. It differs from the heading in current and wind.")],

@@ -59,7 +59,7 @@ function areaOf({ name: long, rings }: Named, at: number): NoGoAreaRequest {
   const no = (what: string): NoArea => new NoArea(t("Polygon {number}: {what}", { number: at + 1, what }));
   const [outer, ...holes] = rings;
   if (holes.length) throw no(t("it has holes, which cannot be closed: divide it"));
-  if (!outer?.every(isPosition)) throw no(t("a corner is no longitude and latitude in degrees"));
+  if (!outer?.every(isPosition)) throw no(t("a corner does not have longitude and latitude in degrees"));
   const [first, last] = [outer[0], outer.at(-1)];
   if (!first || !last || first[0] !== last[0] || first[1] !== last[1]) throw no(t("its last corner is not its first"));
   const corners = outer.slice(0, -1).map(([lon_deg, lat_deg]) => ({ lat_deg, lon_deg }));

@@ -47,7 +47,7 @@ export function troubleText(trouble: PlanTrouble): string {
     case "no-place":
       return t("This is not a place: latitude −90 to 90°, longitude −180 to 180°");
     case "null-island":
-      return t("The position is 0, 0: nobody filled it in");
+      return t("The position is 0, 0: it was not filled in");
     case "outside-area":
       return t("It leaves the area of operation by {distance} m", { distance: figure("by_m") });
     case "speed":

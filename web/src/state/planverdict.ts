@@ -116,7 +116,7 @@ export function refusedText(plan: PlanDocument | undefined, guard: Guard): strin
 /** What was not checked, or not well. */
 export function warningWords({ code, about, text }: GuardWarning): string {
   if (code === "start-unknown") return t("where the vessel comes from is not known; that way is not checked");
-  if (code === "unchecked") return t("nobody knows beforehand where a {kind} leads; it is not checked", { kind: about ?? "" });
+  if (code === "unchecked") return t("it is not known beforehand where a {kind} leads, so it is not checked", { kind: about ?? "" });
   if (code === "drifts-on") return t("the vessel drifts for a time that is not known; it is not checked");
   if (code === "poor-chart") return t("deep enough by a survey of poor or unknown quality ({chart})", { chart: about ?? t("the chart") });
   const enters = SAYS[code];

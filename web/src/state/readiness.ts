@@ -50,7 +50,7 @@ function ofPart({ entity, label, state, description, old }: EntityReading): Rema
 
 function ofLink({ up, backlog_records, backlog_age_s, chart }: LinkStatus): Remark[] {
   const remarks: Remark[] = [];
-  if (!up) remarks.push({ part: t("Link"), grade: "attention", says: t("is down: what happens aboard comes ashore when it stands again") });
+  if (!up) remarks.push({ part: t("Link"), grade: "attention", says: t("is down: what happens aboard comes ashore when it is up again") });
   else if (backlog_age_s > OLD_BACKLOG_S) remarks.push({ part: t("Link"), grade: "attention", says: tn(backlog_records, "one record waits aboard", "{n} records wait aboard") });
   const { difference, digest } = chart;
   // A vessel that takes no chart from ashore is set up so; without any chart, here or there, there is nothing to compare.

@@ -79,7 +79,7 @@ function controlText(control: NoControl): string {
     case "asked":
       return t("{by} has asked already and gets an answer within {n} s.", { by: control.by, n: control.within_s });
     case "reason_needed":
-      return t("Say why you take over: {by} is told.", { by: control.by });
+      return t("Say why you take over: {by} will see it.", { by: control.by });
     case "too_long":
       return t("This is longer than {n} characters.", { n: control.most });
   }

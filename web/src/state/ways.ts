@@ -11,7 +11,7 @@ export interface WaysText {
 }
 
 const WHY: Readonly<Record<string, string>> = {
-  only: t("the first that stood"),
+  only: t("the first that was up"),
   better: t("the fastest"),
   cheaper: t("the cheapest"),
   failover: t("another stopped answering"),
@@ -83,4 +83,9 @@ function mb({ today_bytes, daily_bytes }: LinkWay): string {
 
 function at(ways: LinkWays, place: number | null): LinkWay | undefined {
   return place === null ? undefined : ways.ways[place];
+}
+
+/** By which ways a vessel is heard, as people name them. */
+export function transportNames(transports: readonly string[]): string {
+  return transports.map((one) => (one === "link" ? t("link") : one)).join(", ");
 }

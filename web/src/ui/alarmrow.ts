@@ -20,7 +20,7 @@ export function alarmRow(alarm: Alarm, may: boolean, act: Act): HTMLElement {
   const title = `${alarm.vessel_name ?? t("Server")}: ${alarmText(alarm)}`;
   const head = make("p", { class: "title" }, make("span", { class: "badge", "data-priority": alarm.priority }, `${SHAPES[alarm.priority as Priority] ?? ""} ${named(alarm.priority)}`), " ", make("strong", {}, title));
   const times = alarm.count > 1 ? `, ${t("{n} times", { n: alarm.count })}` : "";
-  const more = `${alarm.escalated ? `; ${t("more urgent because nobody acknowledged it")}` : ""}${alarm.chatters ? `; ${t("comes and goes, so it is held")}` : ""}`;
+  const more = `${alarm.escalated ? `; ${t("more urgent because it was not acknowledged")}` : ""}${alarm.chatters ? `; ${t("comes and goes, so it is held")}` : ""}`;
   const where = make("p", { class: "dim" }, `${stateText(alarm)} · ${whenText(alarm)}${times}${more}`);
   const { action, consequence, cause } = adviceOf(alarm);
   const advice = make("dl", {}, make("dt", {}, t("What to do")), make("dd", {}, action), make("dt", {}, t("If ignored")), make("dd", {}, consequence), make("dt", {}, t("Why")), make("dd", {}, cause));

@@ -5,7 +5,7 @@ import { chartDiffers } from "../state/alarmwords";
 import { LIVENESS } from "../state/card";
 import { doing, planStateText, progressText, runs, whyText } from "../state/doing";
 import type { Reading, Vitals } from "../state/vitals";
-import { waysText } from "../state/ways";
+import { transportNames, waysText } from "../state/ways";
 import { t } from "../words/words";
 import { createDial } from "./dial";
 import { make, setAttribute, setText } from "./dom";
@@ -114,7 +114,7 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
       const live = system?.liveness === "live" || system?.liveness === "late";
       const trip = link?.up && link.round_trip_s !== null ? ` · ${Math.round(link.round_trip_s * 1_000)} ms` : "";
       const waiting = link?.backlog_records ? ` · ${t("{n} records wait aboard", { n: link.backlog_records })}` : "";
-      const by = system?.transports.length ? t("by {ways}", { ways: system.transports.join(", ") }) : "";
+      const by = system?.transports.length ? t("by {ways}", { ways: transportNames(system.transports) }) : "";
       if (past !== undefined) show("link", "recorded", "", "", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
       else show("link", system ? (linked ? LIVENESS[system.liveness] : t("? not known")) : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       const held = chart(link);

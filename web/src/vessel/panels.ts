@@ -11,7 +11,8 @@ import { createRefused } from "../map/danger";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute } from "../map/searoute";
 import { createParametersLater } from "../params/later";
-import { createPlots, type PlotHandlers } from "../plot/panel";
+import { createPlotsSoon } from "../plot/soon";
+import type { PlotHandlers } from "../plot/plots";
 import type { Source } from "../plot/model";
 import { wayToWrite, withNotes } from "../state/notes";
 import type { Readiness } from "../state/readiness";
@@ -61,7 +62,7 @@ export function createPanels(needs: PanelNeeds) {
   const name = (): string => present.name;
   const entity = (number: number): string => present.labels.get(number) ?? history.labels.get(number) ?? (number === 255 ? "" : String(number));
   const events = { at: (us: number | null): void => time.hover(us), pick: (us: number): void => time.pick(us), vessel: name, may: rights.researcher };
-  const plots = createPlots(boxes.panels.Plots, address, rights.researcher, needs.plots, entity, plotHandlers(needs));
+  const plots = createPlotsSoon(boxes.panels.Plots, address, rights.researcher, needs.plots, entity, plotHandlers(needs));
   const values = createValues(boxes.panels.Values, ({ update, field }) => {
     plots.add({ message: update.abbrev, entity: update.entity, field: field.name });
     needs.open("Plots");

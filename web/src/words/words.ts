@@ -49,6 +49,11 @@ export async function later<Part>(load: () => Promise<Part>): Promise<Part> {
   return load();
 }
 
+/** Loads a part that each such page shows after what matters more; its words are among the page's own (`scripts/words.mjs`). */
+export function soon<Part>(load: () => Promise<Part>): Promise<Part> {
+  return load();
+}
+
 /** A part of a page waits this long for its words at most, ms; then its texts are English. */
 const PART_MS = 20_000;
 

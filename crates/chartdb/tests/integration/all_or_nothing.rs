@@ -155,15 +155,15 @@ fn devices_and_what_is_far_too_large_are_refused_before_they_are_read() {
     for name in ["GB5X01SE.000", "survey.xyz", "land.geojson", "lakes.gpkg", "CATALOG.031"] {
         // It has no end; nothing that reads it would come back.
         std::os::unix::fs::symlink("/dev/zero", path(name)).unwrap();
-        refused(&path(name), "this is no file but a pipe");
+        refused(&path(name), "this is not a file but a pipe");
     }
     std::fs::create_dir(path("cells")).unwrap();
     std::fs::rename(path("GB5X01SE.000"), path("cells/GB5X01SE.000")).unwrap();
-    refused(&path("cells"), "GB5X01SE.000: this is no file but a pipe");
+    refused(&path("cells"), "GB5X01SE.000: this is not a file but a pipe");
     // Sparse: it takes no room.
     std::fs::remove_file(path("cells/GB5X01SE.000")).unwrap();
     std::fs::File::create(path("cells/GB5X01SE.000")).unwrap().set_len(300 << 20).unwrap();
-    refused(&path("cells"), "GB5X01SE.000: 300 MB are no S-57 cell");
+    refused(&path("cells"), "GB5X01SE.000: 300 MB are too much for an S-57 cell");
 }
 
 #[test]

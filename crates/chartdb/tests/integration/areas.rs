@@ -44,7 +44,7 @@ fn nobody_sails_into_a_no_go_area_until_it_is_lifted() {
     let before = digest();
     assert_eq!(held(), no_go_digest(&[]));
     put_no_go_areas(&db, &[], NOW).unwrap();
-    assert_eq!(digest(), before, "no areas are no change");
+    assert_eq!(digest(), before, "without areas nothing changes");
 
     put_no_go_areas(&db, &[farm()], NOW).unwrap();
     assert_eq!(held(), no_go_digest(&[farm()]));

@@ -198,7 +198,7 @@ fn a_gap_is_told_though_an_overlap_is_as_large() {
     let danger = index.first_danger_along(leg, 5.0, &demand).unwrap();
     assert!((danger.along_m - 0.005 * 50_630.0 + 5.0).abs() < 2.0, "{danger:?}");
     let within = Leg { from: place(10.022), to: place(10.038) };
-    assert!(index.shallowest_along(within, 5.0, &demand).navigable, "an overlap is no gap");
+    assert!(index.shallowest_along(within, 5.0, &demand).navigable, "an overlap is not a gap");
 }
 
 #[test]

@@ -131,7 +131,7 @@ fn the_otters_sail_in_safe_water_with_dangers_close_by() {
     // It is narrow: the shores are close on both sides under the bridge.
     let across = Leg { from: place([1_400.0, 440.0]), to: place([1_640.0, 425.0]) };
     assert_eq!(index.shallowest_along(across, 1.0, &demand).water, Water::Land);
-    assert!(!index.depth_at(place([-4_100.0, 0.0]), &demand).navigable, "beyond the cells is no data");
+    assert!(!index.depth_at(place([-4_100.0, 0.0]), &demand).navigable, "beyond the cells is not data");
 }
 
 #[test]

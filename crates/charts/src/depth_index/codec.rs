@@ -98,7 +98,7 @@ fn checked_piece(bytes: &[u8], directory: &Directory, at: usize) -> Option<Piece
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum IndexError {
     /// Something else.
-    #[error("these bytes are no depth index; build one from the charts")]
+    #[error("these bytes are not a depth index; build one from the charts")]
     Magic,
     /// Of another version of Lutra.
     #[error("the depth index has version {0}, this program reads version {VERSION}; build it again")]

@@ -21,13 +21,13 @@ pub enum Iso8211Problem {
     #[error("the file is empty")]
     Empty,
     /// The first record is not a data descriptive record.
-    #[error("this is no ISO 8211 file: the leader identifier is {0:?}, not 'L'")]
+    #[error("this is not an ISO 8211 file: the leader identifier is {0:?}, not 'L'")]
     NotADescription(char),
     /// A later record is not a data record.
     #[error("the leader identifier is {0:?}, not 'D'")]
     NotData(char),
     /// A number of a leader or directory is not written in digits.
-    #[error("the {0} is no decimal number")]
+    #[error("the {0} is not a decimal number")]
     Number(&'static str),
     /// A leader's numbers contradict each other or the file.
     #[error("the record is {length} bytes long with fields from {base}, but {left} bytes are left")]
@@ -82,7 +82,7 @@ pub enum Iso8211Problem {
         label: String,
     },
     /// The description of a field is not understood.
-    #[error("field {tag} is described by {formats:?}, which is no format")]
+    #[error("field {tag} is described by {formats:?}, which is not a format")]
     Description {
         /// The field.
         tag: Tag,

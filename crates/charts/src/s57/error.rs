@@ -163,7 +163,7 @@ pub enum S57Problem {
     },
     /// A hazard, or the coverage, has a geometry of which a part is in no file.
     #[error(
-        "{class} {record} has a boundary or line of which a part is missing, so that nobody knows how far it reaches"
+        "{class} {record} has a boundary or line of which a part is missing, so it is not known how far it reaches"
     )]
     Incomplete {
         /// The object's class.

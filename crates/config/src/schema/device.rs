@@ -206,14 +206,14 @@ pub mod torqeedo {
         .doc("Lutra: speed of the serial port of an slcan adapter; those on USB take any.");
     pub const BIT_RATE: Param<i64> = int("CAN Port - Bit Rate", 500_000, Unit::Baud)
         .within(10_000, 1_000_000)
-        .doc("Lutra: speed of the bus, which an slcan adapter is told: 10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s.");
+        .doc("Lutra: speed of the bus, which is sent to an slcan adapter: 10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s.");
     pub const PORT_MOTOR: Param<i64> = int("Port Motor - Number", 0, Unit::None)
         .within(0, 1)
         .doc("Lutra: which motor of the card is to port; `lutra-agent motors test` finds out.");
     pub const PORT_REVERSED: Param<bool> = flag("Port Motor - Reversed", false)
-        .doc("Lutra: whether the port motor turns astern where it is told ahead.");
+        .doc("Lutra: whether the port motor turns astern where ahead is ordered.");
     pub const STARBOARD_REVERSED: Param<bool> = flag("Starboard Motor - Reversed", false)
-        .doc("Lutra: whether the starboard motor turns astern where it is told ahead.");
+        .doc("Lutra: whether the starboard motor turns astern where ahead is ordered.");
     pub const RAILS: Param<i64> = int("Card Rails", 5, Unit::None)
         .within(4, 5)
         .doc("Lutra: 4 for cards of the earlier document, whose 5 V output is on the fourth rail.");

@@ -120,7 +120,7 @@ pub mod plan {
         .doc("Lutra: the plan resumes so long after the hold began, unless an operator stops it or starts another.");
     pub const RESTART_MEMORY: Param<f64> =
         float("Restart Memory", 600.0, Unit::Second).within(0.0, 86_400.0).doc(
-            "Lutra: what was under way longer ago is told, and nothing is done: the vessel may lie on land.",
+            "Lutra: what was under way longer ago is reported, and nothing is done: the vessel may lie on land.",
         );
 
     pub static ENGINE: SectionSpec =

@@ -7,7 +7,7 @@ pub enum DamagedSentence {
     #[error("no NMEA sentence: it does not begin with $")]
     NoStart,
     /// A byte is not a printable character.
-    #[error("bytes that are no text: the baud rate may be wrong")]
+    #[error("bytes that are not text: the baud rate may be wrong")]
     NotText,
     /// Another sentence begins, or the stream ends, before its line end.
     #[error("the sentence is cut short")]

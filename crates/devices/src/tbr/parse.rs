@@ -58,7 +58,7 @@ impl Ack {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DamagedLine {
     /// A byte is not a printable character.
-    #[error("bytes that are no text: the baud rate may be wrong")]
+    #[error("bytes that are not text: the baud rate may be wrong")]
     NotText,
     /// Another line begins before this one's end.
     #[error("the line is cut short")]

@@ -168,7 +168,7 @@ fn the_messages_without_vectors_are_read_as_documented() {
 #[test]
 fn all_nine_bits_of_the_message_count() {
     // The DUNE task reads eight bits and would take this for a rail.
-    let Ok(Message::Other(id)) = decode(0x1030_ABFF, &[0; 8]) else { panic!("259 is no rail") };
+    let Ok(Message::Other(id)) = decode(0x1030_ABFF, &[0; 8]) else { panic!("259 is not a rail") };
     assert_eq!((id.number(), id.name(), id.to_string()), (259, None, "message 259".to_owned()));
 }
 

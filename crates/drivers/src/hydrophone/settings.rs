@@ -19,7 +19,7 @@ enum Answer {
 /// The text is not a command that a driver may send.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{0}' is no setting of the hydrophone: FC=69, LM=08, LI=01 and FV? are; commands that restart or erase it are never sent"
+    "'{0}' is not a setting of the hydrophone: FC=69, LM=08, LI=01 and FV? are; commands that restart or erase it are never sent"
 )]
 pub struct NoSetting(String);
 

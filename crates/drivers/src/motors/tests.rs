@@ -171,7 +171,7 @@ fn a_command_lives_from_when_it_was_given_and_its_frame_no_longer() {
     let ahead = Pair::new(1.0, 1.0);
     bench.motors.command_of(at(900), at(100).mono, ahead);
     bench.poll(900);
-    assert_eq!(bench.throttles.last(), Some(&(900, Pair::new(0, 0))), "what is past is no command");
+    assert_eq!(bench.throttles.last(), Some(&(900, Pair::new(0, 0))), "what is past is not a command");
     bench.motors.command_of(at(1000), at(800).mono, ahead);
     bench.motors.tick(at(1200));
     let Some(MotorsOutput::Throttle { until, .. }) = bench.motors.poll_output() else { panic!() };

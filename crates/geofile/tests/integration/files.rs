@@ -49,7 +49,7 @@ fn hostile_gpx_is_refused_with_its_place() {
         ("<gpx>\n<rte>\n<rtept lat='NaN' lon='0'/></rte></gpx>", "line 3: <rtept> needs lat"),
         ("<gpx>\n<rte><rtept/></rte></gpx>", "it has neither"),
         ("<gpx><rte>", "ends within <rte>"),
-        ("<gpx>\n\n</rte>", "line 3: this is no XML"),
+        ("<gpx>\n\n</rte>", "line 3: this is not XML"),
         ("<!DOCTYPE gpx [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><gpx/>", "no <!DOCTYPE>"),
         ("<gpx><name>&b;</name></gpx>", "&b; is unknown"),
         (&deep, "more than 64 deep"),
@@ -69,9 +69,9 @@ fn hostile_geojson_is_refused_with_its_place() {
             .to_string()
     };
     for (text, words) in [
-        ("{".to_owned(), "no JSON"),
+        ("{".to_owned(), "not JSON"),
         ("[]".to_owned(), "without a type"),
-        ("[".repeat(100_000), "no JSON"),
+        ("[".repeat(100_000), "not JSON"),
         (feature(json!({"type": "Polygon", "coordinates": []})), "feature 1: a \"Polygon\""),
         (feature(json!({"type": "Point", "coordinates": [10.4, 1e3]})), "feature 1: [10.4,1000.0]"),
         (feature(json!({"type": "Point", "coordinates": "x"})), "feature 1: \"x\""),

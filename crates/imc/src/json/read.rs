@@ -149,7 +149,7 @@ fn read_header(value: Option<&Value>, defaults: &Header) -> Result<Header, ReadE
         if let Some(value) = object.get(name) {
             let path = format!("header.{name}");
             *slot = address(value).ok_or_else(|| {
-                wrong(&path, format!("{value} is no registered system and no number from 0 to 65535"))
+                wrong(&path, format!("{value} is neither a registered system nor a number from 0 to 65535"))
             })?;
         }
     }
@@ -410,7 +410,7 @@ fn integer(field: &FieldDesc, value: &Value) -> Option<i64> {
 
 fn expected(field: &FieldDesc, value: &Value) -> String {
     let (least, greatest) = field.kind.integer_range().unwrap_or_default();
-    let text = format!("{value} is no integer from {least} to {greatest}");
+    let text = format!("{value} is not an integer from {least} to {greatest}");
     let labels =
         |values: &[catalogue::Label]| values.iter().map(|label| label.abbrev).collect::<Vec<_>>().join(", ");
     match field.meaning {

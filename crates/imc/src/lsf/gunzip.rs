@@ -137,7 +137,7 @@ impl<R: Read> Gunzip<R> {
             _ => {
                 // What only looks like one must not be found again.
                 self.at += 1;
-                Ok(Some(self.damage("what follows is no gzip member")))
+                Ok(Some(self.damage("what follows is not gzip member")))
             }
         }
     }

@@ -178,7 +178,7 @@ fn wrong_json_is_refused_by_place() {
         (json!({"abbrev": "Heartbeat", "id": 1}), "id: Heartbeat has the id 150, not 1"),
         (
             json!({"abbrev": "Rpm", "fields": {"value": 40_000}}),
-            "fields.value: 40000 is no integer from -32768 to 32767",
+            "fields.value: 40000 is not an integer from -32768 to 32767",
         ),
         (json!({"abbrev": "Rpm", "fields": {"valu": 4}}), "fields: Rpm has no field `valu`; it has value"),
         (
@@ -187,7 +187,7 @@ fn wrong_json_is_refused_by_place() {
         ),
         (
             json!({"abbrev": "Rpm", "header": {"src": "nobody"}}),
-            "header.src: \"nobody\" is no registered system and no number from 0 to 65535",
+            "header.src: \"nobody\" is neither a registered system nor a number from 0 to 65535",
         ),
         (
             json!({"abbrev": "Rpm", "trailing": "abc"}),

@@ -159,7 +159,7 @@ fn members_of_gzip_follow_each_other_and_a_cut_one_is_reported() {
     let (bytes, rest) = read(&path);
     assert!(bytes.len() >= 2_400 && rest[0].starts_with("cut at "), "{rest:?}");
 
-    std::fs::write(&path, [&first[..], b"\x1f\x8b rubbish that is no gzip"].concat()).unwrap();
+    std::fs::write(&path, [&first[..], b"\x1f\x8b rubbish that is not gzip"].concat()).unwrap();
     let (bytes, rest) = read(&path);
     assert_eq!((bytes.len(), rest.len()), (2_400, 1));
 }

@@ -180,7 +180,7 @@ impl Vessel {
             self.end_all(
                 now,
                 |other| other != place && is_up[other],
-                || End::silent("the shore was started anew"),
+                || End::silent("the shore was started again"),
             );
         }
     }

@@ -19,7 +19,8 @@ impl Supervise {
         }
         let passed: Vec<_> = self.limits.passed().map(passed_text).collect();
         let (condition, text) = if !passed.is_empty() {
-            let done = self.standing(context.bus, Source::Limits).unwrap_or_else(|| "only told".to_owned());
+            let done =
+                self.standing(context.bus, Source::Limits).unwrap_or_else(|| "only reported".to_owned());
             (Condition::Error, format!("{}; {done}", passed.join(", ")))
         } else if let Some(next) = self.limits.outlook() {
             (Condition::Fault, format!("a limit is passed; next: {}", outlook_text(context.bus, &next)))

@@ -145,7 +145,7 @@ fn limits_that_only_warn_are_watched_and_told() {
     sea.run(20.0);
     assert!(runs(&sea, "far"), "nothing is done");
     let (condition, text) = state(&sea, Entity::Limits);
-    assert_eq!((condition, text.as_str()), (EntityStateState::Error, "faster than allowed; only told"));
+    assert_eq!((condition, text.as_str()), (EntityStateState::Error, "faster than allowed; only reported"));
 }
 
 #[test]

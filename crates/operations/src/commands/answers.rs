@@ -199,7 +199,7 @@ impl Commands {
                     return self.refused(now, id, text);
                 }
                 Some(_) => say("stores {plan}").with("plan", plan_id).into(),
-                None => say("stores {plan}, as it says: it told no digest to compare")
+                None => say("says that it stores {plan}, but gave no digest to compare")
                     .with("plan", plan_id)
                     .into(),
             },

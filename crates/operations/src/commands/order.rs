@@ -335,7 +335,7 @@ fn name(what: &str, given: &str) -> Result<(), Said> {
             .into());
     }
     if given.chars().any(char::is_control) {
-        return Err(say("{what}: control characters are no part of a name").with("what", what).into());
+        return Err(say("{what}: a name cannot have control characters").with("what", what).into());
     }
     Ok(())
 }

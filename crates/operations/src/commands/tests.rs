@@ -171,7 +171,7 @@ fn an_upload_is_done_when_the_digest_is_the_same() {
     let mut bench = Bench::new();
     let plan = PlanSpecification { plan_id: "survey".into(), ..PlanSpecification::default() };
     let md5 = imc::plan_digest::plan_md5(&plan).unwrap().to_vec();
-    let no_digest = "stores survey, as it says: it told no digest to compare";
+    let no_digest = "says that it stores survey, but gave no digest to compare";
     for (md5, last, text) in [
         (Some(md5), Stage::EffectSeen, "stores survey"),
         (Some(vec![0; 16]), Stage::Refused, "the vessel stores another 'survey': the digests differ"),

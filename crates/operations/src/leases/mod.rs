@@ -15,8 +15,10 @@
 #[cfg(test)]
 mod tests;
 
+use api::{Wording, say};
 use imc::Address;
 use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
@@ -159,46 +161,62 @@ pub enum LeaseRequest {
 }
 
 /// Why a request about a lease is refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LeaseRefused {
     /// Only the holder may do that.
-    #[error("you do not have control of this vessel: {0}")]
     NotYours(NotYours),
     /// No one is waiting.
-    #[error("nobody waits for control of this vessel")]
     NobodyWaits,
     /// Another waits already.
-    #[error("{0} has asked already and gets an answer within {n} s", n = ANSWER_WITHIN.as_secs())]
     AnotherWaits(String),
-    /// Taking over needs a reason.
-    #[error("say why you take over: {0} is told")]
+    /// Taking over needs a reason, which this person will see.
     NoReason(String),
-    /// A text is too long.
-    #[error("{what} is longer than {most} characters")]
-    TooLong {
-        /// Which.
-        what: &'static str,
-        /// The limit.
-        most: usize,
-    },
+    /// A text is too long: the limit.
+    TooLong(usize),
 }
 
 /// Why a person does not have control.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotYours {
     /// It is not held.
-    #[error("it is free; take it first")]
     Free,
     /// This person has it.
-    #[error("{0} has it")]
     Held(String),
     /// Another window of the same person has it.
-    #[error("another of your windows has it; take it here first")]
     OtherWindow,
     /// It was theirs.
-    #[error("it expired; take control again")]
     Expired,
 }
+
+impl LeaseRefused {
+    /// In words that the catalogue has.
+    pub fn said(&self) -> Wording {
+        match self {
+            Self::NotYours(NotYours::Free) => say("You do not have control of this vessel: take it first."),
+            Self::NotYours(NotYours::Held(by)) => {
+                say("You do not have control of this vessel: {by} has it.").with("by", by)
+            }
+            Self::NotYours(NotYours::OtherWindow) => {
+                say("Another of your windows has control of this vessel: take it here first.")
+            }
+            Self::NotYours(NotYours::Expired) => say("Your control of this vessel expired: take it again."),
+            Self::NobodyWaits => say("Nobody waits for control of this vessel."),
+            Self::AnotherWaits(by) => say("{by} has asked already and gets an answer within {n} s.")
+                .with("by", by)
+                .with("n", ANSWER_WITHIN.as_secs()),
+            Self::NoReason(by) => say("Say why you take over: {by} will see it.").with("by", by),
+            Self::TooLong(most) => say("This is longer than {n} characters.").with("n", most),
+        }
+    }
+}
+
+impl fmt::Display for LeaseRefused {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.said().fmt(out)
+    }
+}
+
+impl std::error::Error for LeaseRefused {}
 
 /// The leases of all vessels.
 #[derive(Debug, Default)]
@@ -222,7 +240,7 @@ impl Leases {
         ask: LeaseRequest,
     ) -> Result<(), LeaseRefused> {
         if who.key.chars().count() > KEY_CHARS {
-            return Err(LeaseRefused::TooLong { what: "the window's key", most: KEY_CHARS });
+            return Err(LeaseRefused::TooLong(KEY_CHARS));
         }
         self.tick(now);
         match ask {
@@ -442,7 +460,7 @@ fn same(one: &Holder, other: &Holder) -> bool {
 
 fn bounded(reason: &str) -> Result<(), LeaseRefused> {
     if reason.chars().count() > REASON_CHARS {
-        return Err(LeaseRefused::TooLong { what: "the reason", most: REASON_CHARS });
+        return Err(LeaseRefused::TooLong(REASON_CHARS));
     }
     Ok(())
 }

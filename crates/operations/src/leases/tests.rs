@@ -45,7 +45,7 @@ fn a_request_waits_for_the_holder_and_not_for_ever() {
     leases.ask(at(1), BOAT, &person(2), request("my turn")).unwrap();
     assert_eq!(leases.of(BOAT).waiting.as_ref().unwrap().reason, "my turn");
     let other = leases.ask(at(2), BOAT, &person(3), request("")).unwrap_err();
-    assert_eq!(other.to_string(), "person 2 has asked already and gets an answer within 30 s");
+    assert_eq!(other.to_string(), "person 2 has asked already and gets an answer within 30 s.");
     assert!(leases.ask(at(3), BOAT, &person(2), LeaseRequest::Grant).is_err(), "not one's own request");
     leases.ask(at(4), BOAT, &person(1), LeaseRequest::Decline).unwrap();
     assert_eq!(leases.ask(at(5), BOAT, &person(1), LeaseRequest::Grant), Err(LeaseRefused::NobodyWaits));

@@ -142,7 +142,7 @@ impl Why {
             Self::Frozen => "the input device shows no sign of life",
             Self::Clock => "the clock of the computer that steers jumped",
             Self::ServerClock => "the clock of the server was set",
-            Self::Invalid => "the window sent what is no stick position",
+            Self::Invalid => "the window sent something that is not a stick position",
             Self::RoundTrip => "the round trip takes more than 1 s",
             Self::Hidden => "the window was hidden",
             Self::Unfocused => "the keys or the window lost the focus",

@@ -436,7 +436,11 @@ fn a_way_that_takes_nothing_is_none() {
     assert_eq!(world.order(100, start()).1, Dispatched::Sent(vec![Transport::Udp]));
     world.hub.takes(udp, false);
     let (stop, dispatched) = world.order(200, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits(vec![Transport::Tcp, Transport::Udp]), "what is full is no way");
+    assert_eq!(
+        dispatched,
+        Dispatched::Waits(vec![Transport::Tcp, Transport::Udp]),
+        "what is full is not a way"
+    );
     world.drain();
     world.hub.takes(tcp, true);
     world.heard(300, tcp);

@@ -28,7 +28,7 @@ impl Network {
             return Err(format!("that is an address in it: write {network}"));
         }
         if !(base.is_private() || is_shared(base)) {
-            return Err("take one that is nobody's on the internet, like 10.8.0.0/24".to_owned());
+            return Err("take a private one, like 10.8.0.0/24".to_owned());
         }
         Ok(network)
     }
@@ -88,7 +88,7 @@ mod tests {
             ("10.8.0.1/24", "write 10.8.0.0/24"),
             ("10.8.0.0", "like 10.8.0.0/24"),
             ("10.8.0.0/31", "8 to 30"),
-            ("8.8.8.0/24", "nobody's"),
+            ("8.8.8.0/24", "take a private one"),
             ("boat/24", "IPv4 network"),
         ] {
             let error = Network::parse(text).unwrap_err();

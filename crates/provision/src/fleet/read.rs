@@ -102,7 +102,7 @@ fn server(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<Server> {
                 server.wrong(report, at, "doors", format!("{door} stands there twice"), "take one out");
             }
             Ok(_) => {}
-            Err(remedy) => server.wrong(report, at, "doors", format!("{value:?} is no door"), remedy),
+            Err(remedy) => server.wrong(report, at, "doors", format!("{value:?} is not a door"), remedy),
         }
     }
     Some(Server { public_name: public_name?, link_port, encrypted, doors })
@@ -118,7 +118,7 @@ fn vpn(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<(Vpn, usize)> {
     let kind = vpn.text(report, "kind").and_then(|found| {
         let kind = VpnKind::ALL.into_iter().find(|kind| kind.name() == found.value);
         if kind.is_none() {
-            let text = format!("{:?} is no VPN that Lutra sets up", found.value);
+            let text = format!("{:?} is not a VPN that Lutra sets up", found.value);
             vpn.wrong(report, found.at, "kind", text, "take \"wireguard\" or \"openvpn\"");
         }
         kind
@@ -183,7 +183,7 @@ fn vessel(
     let imc_address = vessel.whole(report, "imc_address", 0..=u16::MAX).and_then(|found| {
         let good = VESSEL_ADDRESSES.contains(&found.value);
         if !good {
-            let text = format!("0x{:04X} is no vessel's address", found.value);
+            let text = format!("0x{:04X} is not a vessel's address", found.value);
             vessel.wrong(
                 report,
                 found.at,
@@ -220,7 +220,7 @@ fn outfit(report: &mut Report<'_>, fields: &Fields<'_, '_>, encrypted: bool) -> 
     let profile = fields.text(report, "profile").and_then(|found| {
         let profile = Profile::ALL.into_iter().find(|profile| profile.name() == found.value);
         if profile.is_none() {
-            let text = format!("{:?} is no profile", found.value);
+            let text = format!("{:?} is not a profile", found.value);
             fields.wrong(report, found.at, "profile", text, "take \"Hardware\" or \"Simulation\"");
         }
         profile

@@ -81,9 +81,9 @@ fn what_is_wrong_with_a_way_is_told_with_its_line() {
         ("daily_budget_mib = 50", "only a way that is metered"),
         ("daily_budget_mib = 0", "0 cannot be"),
         ("metred = true", "did you mean `metered`"),
-        ("url = \"https://lutra.example.org\"", "no address of the vessel link"),
-        ("url = \"ws:///link\"", "no address of the vessel link"),
-        ("url = \"ws://lutra.example.org:99999/link\"", "no address of the vessel link"),
+        ("url = \"https://lutra.example.org\"", "not an address of the vessel link"),
+        ("url = \"ws:///link\"", "not an address of the vessel link"),
+        ("url = \"ws://lutra.example.org:99999/link\"", "not an address of the vessel link"),
         ("url = \"wss://lutra.example.org/link\"", "encrypted = true"),
         ("metered = 1", "true or false"),
     ] {
@@ -148,7 +148,7 @@ fn each_mistake_is_told_in_words() {
         ("10.8.0.12", "10.8.0.11", "10.8.0.11 is ntnu-otter-01's"),
         ("10.8.0.12", "10.8.0.1", "10.8.0.1 is the server's"),
         ("10.8.0.12", "10.8.0.255", "not in 10.8.0.0/24"),
-        ("imc_address = 0x2811", "imc_address = 0xFFFF", "no vessel's address"),
+        ("imc_address = 0x2811", "imc_address = 0xFFFF", "not a vessel's address"),
         ("imc_address = 0x2811", "imc_address = -1", "-1 cannot be"),
         ("imc_address = 0x2811", "", "`imc_address` is missing"),
         ("\"ntnu-otter-02\"", "\"../etc\"", "cannot be a vessel's name"),
@@ -156,7 +156,7 @@ fn each_mistake_is_told_in_words() {
         ("\"can0\"", "\"can0 # one\"", "cannot stand in an .ini file"),
         ("hull = \"ASV\"", "hul = \"ASV\"", "did you mean `hull`?"),
         ("hull = \"ASV\"", "hull = \"ASV\"\nhull = \"B\"", "duplicate key"),
-        ("\"Hardware\"", "\"Hardwear\"", "no profile"),
+        ("\"Hardware\"", "\"Hardwear\"", "not a profile"),
         ("\"Air Draught\" = 1.5", "\"Air Draught\" = [1]", "not a text, a number"),
         ("\"Air Draught\" = 1.5", "\"Air\\nDraught\" = 1", "cannot stand in an .ini file"),
         ("encrypted = false", "encrypted = 0", "write true or false"),
@@ -186,7 +186,7 @@ fn the_vpn_is_wireguard_unless_the_file_says_openvpn() {
     let told: Vec<_> = problems.iter().map(|one| (one.line, one.text.as_str())).collect();
     assert_eq!(told.len(), 2, "{told:?}");
     assert!(
-        told[0].0 == line("kind = \"ipsec\"") && told[0].1.contains("is no VPN that Lutra sets up"),
+        told[0].0 == line("kind = \"ipsec\"") && told[0].1.contains("is not a VPN that Lutra sets up"),
         "{told:?}"
     );
     assert_eq!(told[1].0, line("10.9.0.12"));

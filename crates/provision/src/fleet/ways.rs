@@ -145,12 +145,13 @@ fn url(report: &mut Report<'_>, way: &Fields<'_, '_>, encrypted: bool) -> Option
     let url = found.value.trim();
     let (secure, plain) = (url.strip_prefix("wss://"), url.strip_prefix("ws://"));
     if !secure.or(plain).is_some_and(is_place) {
-        let text = format!("{url:?} is no address of the vessel link");
+        let text = format!("{url:?} is not an address of the vessel link");
         let remedy = "write one with host, port where it is another than the usual one, and path, like \
                       wss://lutra.example.org/link";
         way.wrong(report, found.at, "url", text, remedy);
     } else if secure.is_some() && !encrypted {
-        let text = "wss needs the certificate that vessels trust, and the link of this fleet has none";
+        let text =
+            "wss needs the certificate that vessels trust, and the link of this fleet has no certificate";
         way.wrong(report, found.at, "url", text, "set encrypted = true below [server], or write ws://");
     }
     Some(url.to_owned())

@@ -69,19 +69,21 @@ fn what_cannot_be_is_told_at_its_field() {
     assert!(animal(|one| one.aphia_id = Some(0)).starts_with("aphia_id: 0"));
     assert!(animal(|one| one.capture_lat_deg = Some(63.0)).starts_with("capture_lat_deg: a place"));
     assert!(animal(|one| one.name = "a\nb".to_owned()).starts_with("name: has several lines"));
-    assert!(animal(|one| one.name = "x".repeat(81)).starts_with("name: has 81 letters"));
+    assert!(animal(|one| one.name = "x".repeat(81)).starts_with("name: has 81 characters"));
     assert!(animal(|one| one.notes = "\u{7}".to_owned()).starts_with("notes: has control"));
     assert!(
         animal(|one| (one.capture_us, one.release_us) = (Some(2), Some(1)))
             .starts_with("release_time: is before")
     );
-    assert!(animal(|one| one.release_us = Some(-1)).starts_with("release_time: -1 is no time"));
+    assert!(animal(|one| one.release_us = Some(-1)).starts_with("release_time: -1 is not a time"));
     let person = RegisterPerson {
         name: "Kari".to_owned(),
         orcid: "0000-0002-1825-0098".to_owned(),
         ..RegisterPerson::default()
     };
-    assert!(told(&RegisterRecord::Person(person))[0].starts_with("orcid: `0000-0002-1825-0098` is no ORCID"));
+    assert!(
+        told(&RegisterRecord::Person(person))[0].starts_with("orcid: `0000-0002-1825-0098` is not an ORCID")
+    );
     assert!(told(&tag("t", 7, Some(5), Some(5)))[0].starts_with("to_time: is not after"));
     let interval = RegisterTag {
         protocol: "S256".to_owned(),

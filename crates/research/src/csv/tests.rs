@@ -60,11 +60,11 @@ fn every_problem_is_told_at_once_with_line_column_and_remedy() {
                 C,12,,,red";
     let told = wrong(RegisterKind::Animal, text).join("\n");
     for part in [
-        "1 colour: is no column of this table",
-        "2 length_mm: `51 cm` is no number; write digits",
+        "1 colour: is not a column of this table",
+        "2 length_mm: `51 cm` is not a number; write digits",
         "2 release_time: `20.11.2026`: no time in ISO 8601",
         "3 name: empty",
-        "3 length_mm: `12,5` is no number here: write a decimal point",
+        "3 length_mm: `12,5` is not a number here: write a decimal point",
         "3 sex: `x` is not one of F, M, U",
         "4 name: `A` stands in line 2 too",
         "5 : has 2 cells, the header 5",
@@ -79,9 +79,9 @@ fn a_file_that_is_no_table_is_told_so() {
     for (bytes, part) in [
         (&b""[..], "1 : the file is empty"),
         (b"name\nB\xf8rge", "2 : is not UTF-8 from here on"),
-        (b"PK\x03\x04\0\0", "1 : this is no text"),
+        (b"PK\x03\x04\0\0", "1 : this is not text"),
         (b"name\nA\n\"B\nC\n", "3 : a quote that opens here is never closed"),
-        (b"nam,sexx\nA,F", "1 nam: is no column of this table; did you mean `name`"),
+        (b"nam,sexx\nA,F", "1 nam: is not a column of this table; did you mean `name`"),
         (b"sex\nF", "1 name: the header lacks this column"),
         (b"name,Name\nA,B", "1 Name: stands in the header twice"),
     ] {

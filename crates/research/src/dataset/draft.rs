@@ -1,9 +1,9 @@
 //! The valid contents of a dataset's draft, its requirements for publication, and the citation of a version.
 
+use crate::asked;
 use crate::column::shown;
 use crate::study::Study;
 use api::{DatasetAuthor, DatasetDraft, DatasetVersion, Wording, say};
-use detections::{Area, TagFilter};
 use units::{Civil, UtcTime};
 
 /// Licences by SPDX: identifier, name, and the address of its text. The first is taken where none is chosen.
@@ -57,7 +57,7 @@ pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         if letters > most {
             wrong.push((
                 field,
-                say("has {letters} letters, {most} may be: shorten it")
+                say("has {letters} characters; at most {most} are allowed: shorten it")
                     .with("letters", letters)
                     .with("most", most),
             ));
@@ -72,7 +72,7 @@ pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     }
     if !draft.embargo_until.is_empty() && embargo_us(&draft.embargo_until).is_none() {
         let text =
-            say("`{text}` is no day; write it like 2027-01-31").with("text", shown(&draft.embargo_until));
+            say("`{text}` is not a day; write it like 2027-01-31").with("text", shown(&draft.embargo_until));
         wrong.push(("embargo_until", text));
     }
     wrong.extend(wrong_authors(draft, study));
@@ -107,7 +107,9 @@ fn wrong_authors(draft: &mut DatasetDraft, study: &Study) -> Option<Wrong> {
     (draft.authors.len() > AUTHORS).then(|| {
         (
             "authors",
-            say("there are {count}, {most} may be").with("count", draft.authors.len()).with("most", AUTHORS),
+            say("there are {count}; at most {most} are allowed")
+                .with("count", draft.authors.len())
+                .with("most", AUTHORS),
         )
     })
 }
@@ -117,7 +119,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     let mut wrong: Vec<Wrong> = Vec::new();
     for (field, time) in [("from_us", query.from_us), ("to_us", query.to_us)] {
         if time.is_some_and(|time| !TIMES_US.contains(&time)) {
-            wrong.push((field, say("is no time from 1970 to 2255; give µs since 1970 UTC")));
+            wrong.push((field, say("is not a time from 1970 to 2255; give µs since 1970 UTC")));
         }
     }
     if query.from_us.zip(query.to_us).is_some_and(|(from, to)| to <= from) {
@@ -133,14 +135,13 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         if count > NAMES {
             wrong.push((
                 field,
-                say("there are {count}, {most} may be").with("count", count).with("most", NAMES),
+                say("there are {count}; at most {most} are allowed").with("count", count).with("most", NAMES),
             ));
         }
     }
     query.tags = query.tags.iter().map(|tag| tag.trim().to_owned()).filter(|tag| !tag.is_empty()).collect();
-    if let Some((tag, error)) = query.tags.iter().find_map(|tag| Some((tag, tag.parse::<TagFilter>().err()?)))
-    {
-        wrong.push(("tags", say("`{tag}`: {error}").with("tag", shown(tag)).with("error", error)));
+    if let Some((tag, why)) = query.tags.iter().find_map(|tag| Some((tag, asked::tag(tag).err()?))) {
+        wrong.push(("tags", say("`{tag}`: {error}").with("tag", shown(tag)).with_said("error", why)));
     }
     let unknown = query.projects.iter().find(|name| study.project_named(name).is_none());
     if let Some(name) = unknown {
@@ -152,9 +153,9 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     let area = query.area.trim().to_owned();
     query.area = area;
     if !query.area.is_empty()
-        && let Err(error) = query.area.parse::<Area>()
+        && let Err(why) = asked::area(&query.area)
     {
-        wrong.push(("area", say("{error}").with("error", error)));
+        wrong.push(("area", why));
     }
     wrong
 }
@@ -205,7 +206,7 @@ pub fn doi(text: &str) -> Result<String, Wording> {
     if is_good {
         return Ok(bare.to_owned());
     }
-    Err(say("`{text}` is no DOI; write it like 10.5281/zenodo.1234, or leave it empty")
+    Err(say("`{text}` is not a DOI; write it like 10.5281/zenodo.1234, or leave it empty")
         .with("text", shown(text)))
 }
 
@@ -301,7 +302,7 @@ mod tests {
         );
         assert!(one(&|draft| draft.embargo_until = "31.1.2027".into()).starts_with("embargo_until: "));
         assert!(one(&|draft| draft.embargo_until = "2027-02-30".into()).starts_with("embargo_until: "));
-        assert!(one(&|draft| draft.title = "x".repeat(301)).starts_with("title: has 301 letters"));
+        assert!(one(&|draft| draft.title = "x".repeat(301)).starts_with("title: has 301 characters"));
         assert!(one(&|draft| draft.description = "\u{7}".into()).starts_with("description: has control"));
         let of_query = |query: DatasetQuery| one(&|draft| draft.query = query.clone());
         let empty = DatasetQuery::default;

@@ -47,15 +47,15 @@ impl Limits {
         is_part_of_time: bool,
     ) -> Result<Self, Said> {
         let tag = |text: &String| {
-            text.parse().map_err(|error| {
-                let wrong = say("`{tag}`: {error}").with("tag", text).with("error", error);
+            crate::asked::tag(text).map_err(|why| {
+                let wrong = say("`{tag}`: {error}").with("tag", text).with_said("error", why);
                 Said::from(wrong).of_field("tags")
             })
         };
-        let area = Some(area.trim()).filter(|text| !text.is_empty()).map(str::parse::<Area>).transpose();
+        let area = Some(area.trim()).filter(|text| !text.is_empty()).map(crate::asked::area).transpose();
         Ok(Self {
             tags: tags.iter().map(tag).collect::<Result<_, _>>()?,
-            area: area.map_err(|error| Said::as_is(error.to_string()).of_field("area"))?,
+            area: area.map_err(|why| Said::from(why).of_field("area"))?,
             grid: precision_m
                 .map(Grid::new)
                 .transpose()

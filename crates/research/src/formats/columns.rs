@@ -74,7 +74,7 @@ pub const LUTRA_COLUMNS: [DetectionColumn; 32] = [
     real("position_age [s]", "time between the detection and the nearest measured position"),
     real("position_deviation [m]", "standard deviation of the position on each axis"),
     whole("snr [dB]", "signal to noise ratio"),
-    whole("sensor_value [count]", "the tag's measurement as it was sent; empty for a tag that sends none"),
+    whole("sensor_value [count]", "the tag's measurement as it was sent; empty for a tag without a sensor"),
     whole("frequency [kHz]", "carrier frequency"),
     text(
         "clock",
@@ -103,7 +103,7 @@ pub const LUTRA_COLUMNS: [DetectionColumn; 32] = [
     text("sensor_unit", "unit of that"),
     real(
         "min_lag [s]",
-        "time to the nearest other detection of the tag by the same receiver; empty where none is within a day",
+        "time to the nearest other detection of the tag by the same receiver; empty where there is no other within a day",
     ),
     text(
         "doubt",

@@ -124,7 +124,7 @@ pub fn format(name: &str) -> Result<Format, String> {
     FORMATS.into_iter().find(|format| format.name == name).ok_or_else(|| {
         let shown: String = name.chars().take(40).collect();
         let names: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
-        format!("`{shown}` is no format; there are {}", names.join(", "))
+        format!("`{shown}` is not a format; there are {}", names.join(", "))
     })
 }
 

@@ -357,7 +357,7 @@ fn a_table_of_parquet_has_the_same_values_with_their_types() {
                 (ColumnKind::Time, Field::TimestampMicros(us)) => {
                     assert_eq!(UtcTime::from_micros(*us), cell.parse().unwrap(), "{name}");
                 }
-                (kind, field) => panic!("{name}: {field:?} is no {kind:?}"),
+                (kind, field) => panic!("{name}: {field:?} is not a {kind:?}"),
             }
         }
     }
@@ -549,5 +549,5 @@ fn a_tag_without_a_begin_is_in_its_animal_from_the_release_on() {
 #[test]
 fn an_unknown_format_is_told_with_those_that_there_are() {
     let told = format("vemco").unwrap_err();
-    assert!(told.starts_with("`vemco` is no format; there are lutra, vue, fathom, thelma"), "{told}");
+    assert!(told.starts_with("`vemco` is not a format; there are lutra, vue, fathom, thelma"), "{told}");
 }

@@ -24,7 +24,7 @@ impl Waiting {
     /// # Errors
     /// Whoever calls gave no spool.
     pub(super) fn new(spool: Option<Box<dyn Spool>>) -> io::Result<Self> {
-        let none = || io::Error::other("this format needs a place for bytes that wait, and none was given");
+        let none = || io::Error::other("this format needs a place for bytes that wait, and it was not given");
         Ok(Self { spool: BufWriter::with_capacity(CHUNK, spool.ok_or_else(none)?) })
     }
 

@@ -192,14 +192,14 @@ fn check_entities(names: &Names, selection: &Selection) -> Result<()> {
     };
     let Some(unknown) = selection.entities.iter().find(|wanted| !is_known(wanted)) else { return Ok(()) };
     let remedy = match suggest::alike(unknown, labels.iter().copied()).as_slice() {
-        [] if labels.is_empty() => "no labels were told; give a number, 0 to 255".to_owned(),
+        [] if labels.is_empty() => "no labels were reported; give a number, 0 to 255".to_owned(),
         [] => format!(
             "there are {}; or give a number, 0 to 255",
             labels.iter().take(TOLD).copied().collect::<Vec<_>>().join(", ")
         ),
         names => format!("did you mean `{}`?", names.join("` or `")),
     };
-    Err(wrong("entity", format!("none is called `{}`; {remedy}", shown(unknown))))
+    Err(wrong("entity", format!("no entity is called `{}`; {remedy}", shown(unknown))))
 }
 
 /// The system that a text names, of those that are `known` by names: one of its names in any case, or its address,

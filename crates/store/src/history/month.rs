@@ -332,7 +332,7 @@ fn add_to_group(groups: &mut BTreeMap<GroupKey, Group>, key: GroupKey, added: Ex
 fn other_message(table: &Table, entry: &Entry<'_>) -> String {
     let bytes = entry.sample.view.payload().len();
     format!(
-        "its payload of {bytes} bytes is no {}: another message has this id in the sender's IMC",
+        "its payload of {bytes} bytes is not that of {}: another message has this id in the sender's IMC",
         table.desc.abbrev
     )
 }

@@ -221,7 +221,7 @@ fn connect(path: &Path) -> rusqlite::Result<Connection> {
             Path::new(&beside).display()
         ));
     }
-    let Some(text) = path.to_str() else { return told("its path is no UTF-8".to_owned()) };
+    let Some(text) = path.to_str() else { return told("its path is not UTF-8".to_owned()) };
     let quoted = text.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
     let uri = format!("file:{quoted}?immutable=1");
     Connection::open_with_flags(uri, flags | OpenFlags::SQLITE_OPEN_URI).and_then(probe)

@@ -19,7 +19,7 @@ pub struct TrackPoint {
 /// A way through the water, in order of time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Track {
-    /// Positions as they were estimated; none is made up in between.
+    /// Positions as they were estimated; no positions are made up in between.
     pub points: Vec<TrackPoint>,
     /// Time that can lie between two positions looked at, however far the system went in it (µs).
     pub step_us: i64,

@@ -369,6 +369,7 @@ fn a_plan_of_a_newer_dune_makes_no_fish() {
     let connection = rusqlite::Connection::open(folder.path().join("history/2026-11.sqlite")).unwrap();
     let mut rows = connection.prepare("SELECT problem FROM _raw WHERE id=2007").unwrap();
     let problems: Vec<String> = rows.query_map((), |row| row.get(0)).unwrap().map(Result::unwrap).collect();
-    let is_said = |problem: &String| problem.contains("is no TBRFishTag: another message has this id");
+    let is_said =
+        |problem: &String| problem.contains("is not that of TBRFishTag: another message has this id");
     assert!(problems.len() == 4 && problems.iter().all(is_said), "{problems:?}");
 }

@@ -58,7 +58,9 @@ pub(super) fn sync(db: &Path, config: &Config, json: bool, arguments: &SyncArgum
         say!("{}", line(*address, name.as_deref(), chart));
     }
     if vessels.is_empty() {
-        say!("no vessel has told of its chart, and none has a name; `lutra-server vessel add` names one");
+        say!(
+            "no vessel has reported its chart, and no vessel has a name; `lutra-server vessel add` names one"
+        );
     }
     if let Some(path) = copied {
         say!(
@@ -111,7 +113,7 @@ fn line(address: u16, name: Option<&str>, chart: &VesselChart) -> String {
 }
 
 fn copy(package: &ChartPackage, folder: &Path) -> anyhow::Result<PathBuf> {
-    ensure!(folder.is_dir(), "{} is no folder; give one that is there by --to", folder.display());
+    ensure!(folder.is_dir(), "{} is not a folder; give one that is there by --to", folder.display());
     let path = folder.join(FILE);
     let same = path.canonicalize().ok().is_some_and(|path| package.path().canonicalize().ok() == Some(path));
     ensure!(!same, "{} is the server's own; give the folder of a medium by --to", path.display());

@@ -112,7 +112,7 @@ fn conflicts(
         if fleet.vessel(name).is_some() {
             conflicts.push(format!("--revoke {name}: it is in the file; take it out of the file first"));
         } else if !access::has_key(files, name) && known.vessels.iter().all(|vessel| vessel.name != *name) {
-            conflicts.push(format!("--revoke {name}: nobody knows such a vessel"));
+            conflicts.push(format!("--revoke {name}: there is no such vessel"));
         }
     }
     Ok(conflicts)

@@ -79,7 +79,7 @@ fn collect<'a>(value: &'a Value, polygons: &mut Vec<&'a Value>) -> anyhow::Resul
         Some("Feature") => collect(&value["geometry"], polygons)?,
         Some("Polygon") => polygons.push(&value["coordinates"]),
         Some("MultiPolygon") => polygons.extend(parts(&value["coordinates"])),
-        Some(other) => bail!("a {other} is no area: give Polygons and MultiPolygons"),
+        Some(other) => bail!("a {other} is not an area: give Polygons and MultiPolygons"),
         None => bail!("something in it has no type of GeoJSON"),
     }
     Ok(())
@@ -131,7 +131,7 @@ mod tests {
         collect(&all, &mut found).unwrap();
         assert_eq!(found.len(), 3);
         let line = json!({"type": "Feature", "geometry": {"type": "LineString", "coordinates": [[10.0, 63.0], [10.1, 63.0]]}});
-        assert!(collect(&line, &mut found).unwrap_err().to_string().contains("LineString is no area"));
+        assert!(collect(&line, &mut found).unwrap_err().to_string().contains("LineString is not an area"));
         assert!(zone(&found[0][0]).unwrap().holds(LatLon::from_deg(63.05, 10.05).unwrap()));
         for (bad, why) in [
             (json!([[10.0, 63.0], [10.1, 63.0]]), "three corners"),

@@ -44,7 +44,7 @@ pub(super) fn datasets_table() -> Vec<Route> {
         Route::post(
             "/api/v1/datasets/{id}/withdraw",
             researcher,
-            "Withdraw a dataset: it stays and is named, its links end, and nobody gets its data.",
+            "Withdraw a dataset: it stays and is named, its links end, and its data are no longer available.",
             datasets::withdraw,
         )
         .takes::<DatasetWithdrawal>()

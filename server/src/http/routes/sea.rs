@@ -33,7 +33,7 @@ pub(super) fn no_go_areas() -> Vec<Route> {
         Route::post(
             "/api/v1/no-go-areas/batch",
             operator,
-            "Close several areas, all or none, by one change of the chart.",
+            "Close several areas, all together or not at all, by one change of the chart.",
             areas::create_all,
         )
         .query::<NoGoAreaQuery>()

@@ -153,7 +153,7 @@ pub(super) fn told_by_vessels() -> Vec<Route> {
         Route::get(
             "/api/v1/vessels/{vessel}/parameters",
             viewer,
-            "The parameters of a vessel, as it told them last, with what those of Lutra mean.",
+            "The parameters of a vessel, as it reported them last, with what those of Lutra mean.",
             control::parameters,
         )
         .gives::<VesselParameters>(),

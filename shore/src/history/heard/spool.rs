@@ -56,7 +56,7 @@ pub(super) fn room(data: &Path) -> io::Result<()> {
 /// Why the data folder takes no file.
 pub(super) fn named(data: &Path, error: &io::Error) -> io::Error {
     let text = format!(
-        "{}: a file of this format waits here until it is whole, and the folder takes none: {error}",
+        "{}: a file of this format waits here until it is whole, and none can be written to the folder: {error}",
         data.display()
     );
     io::Error::other(text)

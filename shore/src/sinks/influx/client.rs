@@ -54,7 +54,7 @@ impl Client {
         authorization: Option<HeaderValue>,
         ca: &Path,
     ) -> anyhow::Result<Self> {
-        let uri: Uri = url.parse().with_context(|| format!("sinks.influx.url: {url:?} is no address"))?;
+        let uri: Uri = url.parse().with_context(|| format!("sinks.influx.url: {url:?} is not an address"))?;
         let host = uri.host().with_context(|| format!("sinks.influx.url: {url:?} names no host"))?.to_owned();
         let tls = match uri.scheme_str() {
             Some("http") => None,

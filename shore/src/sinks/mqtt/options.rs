@@ -29,7 +29,8 @@ pub(super) fn options(settings: &settings::Mqtt) -> anyhow::Result<MqttOptions> 
         "sinks.mqtt.url must be like mqtt://host:1883, without @, # and spaces; user and password are named by sinks.mqtt.user and \
          password_file"
     );
-    let uri: Uri = url.parse().context("sinks.mqtt.url is no address; it must be like mqtt://host:1883")?;
+    let uri: Uri =
+        url.parse().context("sinks.mqtt.url is not an address; it must be like mqtt://host:1883")?;
     let host = uri.host().context("sinks.mqtt.url names no host; it must be like mqtt://host:1883")?;
     let has_port = uri.authority().is_some_and(|authority| authority.as_str().len() > host.len());
     ensure!(

@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 /// The columns that every table begins with.
 pub(super) const KEY: [(&str, Type, &str); 7] = [
     ("src", Type::Integer, "IMC address of the system that said it"),
-    ("time", Type::Time, "when it was said, by the sender's clock; -infinity where its stamp is no time"),
+    ("time", Type::Time, "when it was said, by the sender's clock; -infinity where its stamp is not a time"),
     ("src_ent", Type::SmallInt, "number of the entity that said it"),
     ("hash", Type::BigInt, "fingerprint of the payload: tells apart what is said in one microsecond"),
     ("received", Type::Time, "when it first came ashore, by the shore's clock"),

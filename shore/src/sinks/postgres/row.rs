@@ -100,7 +100,7 @@ fn row(view: &PacketView<'_>, key: Key, received: UtcTime) -> Row {
         (false, _) => problem,
         (true, Some(desc)) => {
             format!(
-                "its payload of {bytes} bytes is no {}: another message has this id in the sender's IMC",
+                "its payload of {bytes} bytes is not that of {}: another message has this id in the sender's IMC",
                 desc.abbrev
             )
         }

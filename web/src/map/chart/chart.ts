@@ -76,7 +76,7 @@ class Chart implements ChartOnMap {
     this.note = tools.line("chart-note");
     depth.removeAttribute("role");
     this.options = new ChartOptions(tools, vessel, { own: () => this.own?.limits, without: (left) => this.styles.without(left), chosen: () => this.drawSafety() });
-    this.here = tools.button("query", t("What is here"), t("At the middle of the map; a click on the map tells of its place"));
+    this.here = tools.button("query", t("What is here"), t("At the middle of the map; click the map for another place"));
     this.query = createQuery(() => {
       mark(null);
       if (this.query.root.contains(document.activeElement)) this.here.focus();

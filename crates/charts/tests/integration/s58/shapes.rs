@@ -231,7 +231,7 @@ pub(super) const ROWS: &[Row] = &[
     ("a danger of one edge there and back", || ring_of(&[(63.005, 10.02), (63.015, 10.02)]), BLOCKS),
     ("an area that says it is a point", || as_primitive(1), BLOCKS),
     ("an area that says it is a line", || as_primitive(2), BLOCKS),
-    ("an area that says it is no shape", || as_primitive(255), Must::Refuse("OBSTRN 3 has no position")),
+    ("an area that says it is not a shape", || as_primitive(255), Must::Refuse("OBSTRN 3 has no position")),
     (
         "an area of a primitive that does not exist",
         || as_primitive(0),

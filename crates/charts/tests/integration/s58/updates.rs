@@ -98,7 +98,7 @@ pub(super) const ROWS: &[Row] = &[
         Must::Refuse("the update number (UPDN) is out of range"),
     ),
     (
-        "an update whose number is no number",
+        "an update whose number is not a number",
         || numbered("1", "two"),
         Must::Refuse("the update number (UPDN) is out of range"),
     ),

@@ -52,7 +52,7 @@ const V: Attr = Attr::VALSOU;
 pub(super) const ROWS: &[Row] = &[
     ("a depth area without DRVAL1", || depths(Class::DEPARE, &[(D2, "30")]), BLOCKS),
     ("a depth area with an empty DRVAL1", || depths(Class::DEPARE, &[(D1, ""), (D2, "30")]), BLOCKS),
-    ("a depth area whose DRVAL1 is no number", || depths(Class::DEPARE, &[(D1, "20 m")]), BLOCKS),
+    ("a depth area whose DRVAL1 is not a number", || depths(Class::DEPARE, &[(D1, "20 m")]), BLOCKS),
     ("a depth area whose DRVAL1 is not finite", || depths(Class::DEPARE, &[(D1, "inf")]), BLOCKS),
     ("a depth area with DRVAL1 beyond DRVAL2", || depths(Class::DEPARE, &[(D1, "20"), (D2, "2")]), BLOCKS),
     ("a depth area with two DRVAL1", || depths(Class::DEPARE, &[(D1, "20"), (D1, "2")]), BLOCKS),
@@ -72,7 +72,7 @@ pub(super) const ROWS: &[Row] = &[
     ("an unsurveyed area with a depth", || depths(Class::UNSARE, &[(D1, "20")]), BLOCKS),
     ("a rock without VALSOU", || rock(&[]), BLOCKS),
     ("a rock with an empty VALSOU", || rock(&[(V, "")]), BLOCKS),
-    ("a rock whose VALSOU is no number", || rock(&[(V, "20,5")]), BLOCKS),
+    ("a rock whose VALSOU is not a number", || rock(&[(V, "20,5")]), BLOCKS),
     ("a rock with two VALSOU", || rock(&[(V, "20"), (V, "1")]), BLOCKS),
     ("a rock deeper than any sea", || rock(&[(V, "200000")]), BLOCKS),
     ("a rock of unknown depth with a depth", || rock(&[(V, "20"), (Attr::QUASOU, "2")]), BLOCKS),
@@ -113,7 +113,7 @@ pub(super) const ROWS: &[Row] = &[
         BLOCKS,
     ),
     ("a bridge without a clearance", || bridge(&[]), BLOCKS),
-    ("a bridge whose clearance is no number", || bridge(&[(Attr::VERCLR, "high")]), BLOCKS),
+    ("a bridge whose clearance is not a number", || bridge(&[(Attr::VERCLR, "high")]), BLOCKS),
     ("a bridge with two clearances", || bridge(&[(Attr::VERCLR, "20"), (Attr::VERCLR, "1")]), BLOCKS),
     (
         "a bridge with two clearances, one no number",

@@ -160,7 +160,7 @@ fn points_have_the_values_of_the_table_and_the_attributes_of_the_conventions() {
     // To the microsecond.
     assert_eq!((file.number("reported_time", 0) * 1e6).round() as i64, 1_795_248_001_000_001);
     assert_eq!((file.number("snr", 0), file.number("sensor_value", 0)), (25.0, 42.0));
-    assert!(file.number("sensor_value", 1).is_nan(), "not known is no number");
+    assert!(file.number("sensor_value", 1).is_nan(), "not known is not a number");
     assert_eq!((file.text("tag", 0), file.text("vessel", 1)), ("S256-7", "otter-1"));
     assert_eq!(file.text("raw_line", 0), "=1024,1");
     assert_eq!(file.text("raw_line", 1), "æ".repeat(127), "cut between letters");

@@ -24,7 +24,7 @@ pub fn write_track(of: &TrackOf<'_>) -> Vec<u8> {
     let mut attributes = common("trajectory");
     attributes.extend([
         ("title", Attribute::Text(format!("Track of {vessel}"))),
-        ("summary", "Positions of an uncrewed surface vessel as it estimated them aboard; none is made up in between.".into()),
+        ("summary", "Positions of an uncrewed surface vessel as it estimated them aboard; no positions are made up in between.".into()),
         ("keywords", "vessel track, uncrewed surface vehicle".into()),
         ("source", "navigation of an uncrewed surface vessel: satellite positioning and heading".into()),
         ("processing_level", "as estimated aboard, thinned to about one position in time_coverage_resolution".into()),

@@ -36,7 +36,7 @@ impl Session {
                 Err(Trouble::Sql(error)) if error.as_database_error().is_some() && there.is_some() => {
                     tracing::warn!(
                         "PostgreSQL: the view detections stays as an earlier version of Lutra made it: {error}; drop it with all that \
-                         depends on it, and the next connection makes it anew"
+                         depends on it, and the next connection makes it again"
                     );
                     return Ok(());
                 }

@@ -57,11 +57,7 @@ interface Plot {
   csv: HTMLElement;
 }
 
-export function createPlots(root: HTMLElement, vessel: number, researcher: boolean, first: string, entity: (number: number) => string, handlers: PlotHandlers): PlotPanel {
-  return new Plots(root, vessel, researcher, first, entity, handlers);
-}
-
-class Plots implements PlotPanel {
+export class Plots implements PlotPanel {
   private stretch: Range = { spanUs: 900_000_000 };
   private nowUs = 0;
   /** For which time it was drawn last, µs; never for what is asked for now. */
