@@ -69,6 +69,7 @@ impl VpnKind {
     }
 
     /// The one that is not this.
+    #[must_use]
     pub const fn other(self) -> Self {
         match self {
             Self::WireGuard => Self::OpenVpn,
