@@ -7,7 +7,7 @@
 //! is never given.
 //!
 //! It knows charts, and neither vessels, plans, files nor the clock. It does one thing at a time on the thread that
-//! asks; long work asks [`Cancel`] whether its answer is still wanted.
+//! asks; long work asks [`Cancel`] whether its answer is still wanted and its time is not used up.
 //!
 //! - [`Needs`] say how deep and how far off.
 //! - [`Zones`] say where ways may lead beside that.
@@ -25,7 +25,6 @@ mod cancel;
 pub mod classic;
 mod corridor;
 mod currents;
-mod doors;
 mod joining;
 mod known;
 mod lattice;
@@ -40,6 +39,8 @@ mod pace;
 mod parts;
 mod passable;
 mod plane;
+mod portals;
+mod refusal;
 mod region;
 mod room;
 mod rooms;
@@ -56,14 +57,15 @@ mod weighed;
 mod weighing;
 mod zones;
 
-pub use cancel::Cancel;
+pub use cancel::{Cancel, Progress};
 pub use currents::{CurrentGrid, CurrentGridError, Currents, Flow};
 pub use needs::{Needs, NeedsError};
 pub use objective::{Aim, LegCost, Objective, Power, Preferences, SpeedLimit};
 pub use passable::{Passable, PassableGap};
 pub use plane::{Plane, Point};
+pub use refusal::{End, Refusal, Spent};
 pub use room::{PlanError, SeaRoom};
-pub use route::{End, Moved, Refusal, Request, Route, RouteLeg};
+pub use route::{Moved, Request, Route, RouteLeg};
 pub use router::Router;
 pub use search::Effort;
 pub use turns::{Turn, TurnTrouble};
