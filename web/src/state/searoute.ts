@@ -120,7 +120,7 @@ function movedText({ end, via, distance_m }: SeaRouteMoved): string {
 function refusalTexts(refusal: SeaRouteRefusal): string[] {
   const { code, text, gap_m, closed, apart_m, looked_m, gave_up, via, by, passable } = refusal;
   const looked = Math.round((looked_m ?? 0) / 1000);
-  if (closed && via !== null) return [closedViaText(via, closed, gap_m)];
+  if (closed && code === "closed_via") return [closedViaText(via ?? 0, closed, gap_m)];
   if (closed) return [closedText(code === "closed_start", closed, gap_m)];
   if (gave_up) return [gaveUpText(gave_up, looked)];
   if (code === "not_found") return [t("No route was found in the water that was looked at, up to {looked} km from the start. The nearest place there that can be reached is {distance} m from the goal. Add places on the way.", { looked, distance: Math.round(gap_m ?? 0) })];
