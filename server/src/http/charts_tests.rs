@@ -125,30 +125,6 @@ async fn route(shore: &Shore, token: &str, ask: &Value) -> (StatusCode, String) 
 }
 
 #[tokio::test]
-async fn places_to_pass_are_checked_like_start_and_goal_and_named_by_their_number() {
-    let shore = Shore::with(archipelago).await;
-    let token = shore.token(Some(7), Role::Viewer).await;
-    let (east, west) = ([63.4455, 10.352], [63.4455, 10.314]);
-    let ask = async |via: [f64; 2]| route(&shore, &token, &json!({"points": [east, via, west]})).await;
-    // On the island between them.
-    let (_, body) = ask([63.4455, 10.333]).await;
-    let on_land: SeaRouteAnswer = serde_json::from_str(&body).unwrap();
-    let moved = on_land.route.unwrap().moved;
-    let [one] = &moved[..] else { panic!("{moved:?}") };
-    assert_eq!((one.end.as_str(), one.via), ("via", Some(1)));
-    assert!(one.text.starts_with("Place 1 on the way lies too near land"), "{}", one.text);
-    let outside: SeaRouteAnswer = serde_json::from_str(&ask([0.0, 0.0]).await.1).unwrap();
-    let refusal = outside.refusal.unwrap();
-    assert_eq!(
-        (refusal.code.as_str(), refusal.via, refusal.stretch),
-        ("closed_via", Some(1), 0),
-        "{refusal:?}"
-    );
-    let (status, body) = ask([163.0, 10.333]).await;
-    assert!(status.is_client_error() && body.contains("points[1]: 163"), "{status} {body}");
-}
-
-#[tokio::test]
 async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     let shore = Shore::with(archipelago).await;
     let token = shore.token(Some(7), Role::Viewer).await;

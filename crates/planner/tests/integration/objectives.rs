@@ -1,6 +1,6 @@
 //! Routes by time, energy and preferred water, against the best ways found without the planner.
 
-use crate::waters::{HALF_M, at, is_safe, local, middle, open_sea, place, point, router, sea, shoals};
+use crate::waters::{HALF_M, at, is_safe, local, open_sea, place, point, router, sea, shoals};
 use charts::depth_index::{DepthIndex, Leg};
 use planner::{
     Aim, Cancel, CurrentGrid, Currents, Flow, LegCost, Needs, Objective, PlanError, Power, Preferences,
@@ -9,9 +9,8 @@ use planner::{
 use proptest::prelude::*;
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::Arc;
 use testkit::sea::{Ground, Sea};
-use units::{LatLon, LocalFrame, LocalPoint};
+use units::LocalPoint;
 
 const MPS: f64 = 1.5;
 

@@ -1,6 +1,6 @@
 //! Routes against the guard, against the true shortest way found without any mesh, and against each other.
 
-use crate::waters::{HALF_M, Shoal, at, exact, is_safe, middle, place, point, router, sea, shoals};
+use crate::waters::{HALF_M, at, exact, is_safe, middle, place, point, router, sea, shoals};
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Cell, NamedBytes};
 use guard::{Area, GuardLimits, check_way};
