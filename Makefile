@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium agent-aarch64 test-aarch64 packages packages-arm64 test-packages test-containers
+.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium agent-aarch64 test-aarch64 packages packages-arm64 test-packages test-containers bench-routes
 .DEFAULT_GOAL := help
 
 # What the tests may not miss: see crates/testkit/src/needs.rs. .ci/run adds what `make tools` installs.
@@ -21,7 +21,7 @@ help:
 	@echo "make demo    start a shore server and three simulated Otters that sail before a browser, until Ctrl-C"
 	@echo "make demo-vessel  sail one simulated Otter through a short plan and look into its log"
 	@echo "make interop sail a scripted mission with pyimclsts (from PyPI) as the console"
-	@echo "make bench   measure and print speeds"
+	@echo "make bench   measure and print speeds; bench-routes those of routes alone"
 	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
 	@echo "make agent-aarch64  build lutra-agent for the Raspberry Pi 4 with Debian's compilers, in /tmp/lutra-aarch64"
 	@echo "make test-aarch64   run its tests and those of devices, drivers and onboard as the Pi would, under qemu-user"
@@ -124,6 +124,10 @@ demo-vessel: rust
 interop: setup
 	$(call say,A mission by a foreign console)
 	@sh scripts/interop-pyimclsts
+
+# Routes alone: all tables of the planner in BENCHMARKS.md.
+bench-routes:
+	@sh scripts/bench-routes
 
 bench: setup web chromium
 	$(call say,Speeds on one core)

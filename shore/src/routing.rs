@@ -13,19 +13,19 @@ use crate::charts::Set;
 use crate::charts::verdict::reason;
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{
-    Said, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
-    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Wording, say,
+    Said, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteGaveUp, SeaRouteLeg, SeaRouteMoved,
+    SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Wording, say,
 };
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
 use planner::{
-    Cancel, End, LegCost, Moved, Needs, Objective, Passable, Refusal, Request, Route, RouteLeg, Router, Zone,
-    Zones,
+    Cancel, End, LegCost, Moved, Needs, Objective, Passable, Refusal, Request, Route, RouteLeg, Router,
+    Spent, Zone, Zones,
 };
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use turns::Turns;
 use units::{LatLon, LocalFrame, LocalPoint, UtcTime, wrap_two_pi};
 
@@ -40,6 +40,9 @@ const ALL_BORDERS_KM: f64 = 2_000.0;
 const ALTERNATIVES: u8 = 3;
 /// Farthest that a request may ask to keep clear (m): what is cut out grows with it, and so does the time that takes.
 const MOST_CLEARANCE_M: f64 = 500.0;
+
+/// For so long a route is looked for: the longest ways of a coast take half of it the first time.
+const MOST_TIME: Duration = Duration::from_secs(90);
 
 /// Plans routes; cheap to clone.
 #[derive(Clone, Default)]
@@ -72,14 +75,25 @@ impl Routing {
         let question = Question::new(&ask, limits, now)?;
         // It may hold a large grid, and waiting may take long.
         drop(ask);
-        let taken = self.turns.take(question.is_long(&set)).await?;
+        let question = Arc::new(question);
+        let is_long = question.is_long(&set);
+        let answer = self.plan(Arc::clone(&set), Arc::clone(&question), is_long).await?;
+        // Ends near each other may be joined by a long way only: that is looked for in a turn of its own.
+        if !is_long && answer.refusal.as_ref().is_some_and(|refusal| refusal.code == NOT_FOUND) {
+            return self.plan(set, question, true).await;
+        }
+        Ok(answer)
+    }
+
+    async fn plan(&self, set: Arc<Set>, question: Arc<Question>, is_long: bool) -> Result<SeaRouteAnswer> {
+        let taken = self.turns.take(is_long).await?;
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
         // After its client has gone, a planner runs for another moment: until then its turn is taken.
         let asked = Arc::clone(&set);
         let answer = slow(move || {
             let _taken = taken;
-            question.answer(&asked, &|| wanted.load(Ordering::Relaxed))
+            question.answer(&asked, &|| wanted.load(Ordering::Relaxed), is_long)
         })
         .await;
         self.learn(set);
@@ -121,8 +135,10 @@ impl Question {
                     .with("most", most),
             ));
         }
-        let place = |[lat, lon]: [f64; 2]| {
-            LatLon::from_deg(lat, lon).map_err(|error| malformed(not_a_place(lat, lon, error)))
+        let place = |(number, [lat, lon]): (usize, [f64; 2])| {
+            let place = LatLon::from_deg(lat, lon);
+            let named = |text: Wording| Said::from(text).of_field(&format!("points[{number}]"));
+            place.map_err(|error| malformed(named(not_a_place(lat, lon, error))))
         };
         let needs = needs(&limits, ask.least_depth_m, ask.clearance_m);
         needs.validate().map_err(|error| malformed(Said::as_is(error.to_string())))?;
@@ -133,7 +149,7 @@ impl Question {
         // First of all it counts them.
         let zones = zones(&ask.zones, margin_m).map_err(malformed)?;
         let objective = objective::objective(ask, now).map_err(malformed)?;
-        let places: Vec<LatLon> = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
+        let places: Vec<LatLon> = ask.points.iter().copied().enumerate().map(place).collect::<Result<_>>()?;
         let ends = Request::new(places[0], places[places.len() - 1]);
         if ask.alternatives > ALTERNATIVES {
             return Err(malformed(
@@ -154,13 +170,16 @@ impl Question {
         set.router.is_long(&self.places, &self.needs)
     }
 
-    /// Plans; `wanted` says whether the client still waits.
-    pub fn answer(&self, set: &Set, wanted: &dyn Fn() -> bool) -> SeaRouteAnswer {
+    /// Plans; `wanted` says whether the client still waits, and `is_long` whether a long way may be looked for.
+    pub fn answer(&self, set: &Set, wanted: &dyn Fn() -> bool, is_long: bool) -> SeaRouteAnswer {
         let began = Instant::now();
-        let cancel = Cancel::unless(wanted);
+        let spent = || began.elapsed();
+        let cancel = Cancel::unless(wanted).within(MOST_TIME, &spent);
         let request = self.request;
         let zoned = self.zones.clone().map(|zones| set.router.in_zones(zones));
         let router = zoned.as_ref().unwrap_or(&set.router);
+        let short = (!is_long).then(|| router.without_long());
+        let router = short.as_ref().unwrap_or(router);
         // Out of range it would have been refused.
         let weighing = router.by_objective(self.objective.clone()).ok();
         let planned =
@@ -222,7 +241,10 @@ impl Question {
         let dangers =
             route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
         let guard = dangers.zip(0..).find_map(|(check, number)| reason(&LegCheck { number, ..check }));
-        let moved = [(route.moved_start, "start"), (route.moved_goal, "goal")];
+        let via = route.moved_via.iter().map(|(number, moved)| (End::Via(*number), *moved));
+        let start = route.moved_start.map(|moved| (End::Start, moved));
+        let goal = route.moved_goal.map(|moved| (End::Goal, moved));
+        let moved = start.into_iter().chain(via).chain(goal);
         let costs = route.reckon(&self.objective);
         let current_unknown_m = costs.iter().map(|cost| cost.unknown_m).sum();
         let current_too_strong = costs.iter().any(|cost| cost.too_strong);
@@ -239,7 +261,7 @@ impl Question {
             legs,
             least_depth_m: route.least_depth_m(),
             least_clearance_m: route.least_clearance_m(),
-            moved: moved.into_iter().filter_map(|(moved, end)| Some(described_move(moved?, end))).collect(),
+            moved: moved.map(described_move).collect(),
             guarded: guard.is_none(),
             guard,
             part_only: route.of_part,
@@ -347,25 +369,30 @@ fn degrees(place: LatLon) -> [f64; 2] {
     [place.lat_deg(), place.lon_deg()]
 }
 
-fn described_move(moved: Moved, end: &str) -> SeaRouteMoved {
-    let distance_m = moved.distance_m;
-    SeaRouteMoved {
-        end: end.to_owned(),
-        distance_m,
-        text: format!(
-            "The {end} lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance_m:.0} m."
-        ),
-    }
+fn described_move((end, Moved { distance_m, .. }): (End, Moved)) -> SeaRouteMoved {
+    let (code, via) = match end {
+        End::Start => ("start", None),
+        End::Via(number) => ("via", Some(number)),
+        End::Goal => ("goal", None),
+    };
+    let text = format!(
+        "{end} lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance_m:.0} m"
+    );
+    SeaRouteMoved { end: code.to_owned(), via, distance_m, text: sentence(&text) }
 }
+
+/// The code of a refusal where not all water was looked at.
+const NOT_FOUND: &str = "not_found";
 
 fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
     let code = match refusal {
         Refusal::Closed { end: End::Start, .. } => "closed_start",
+        Refusal::Closed { end: End::Via(_), .. } => "closed_via",
         Refusal::Closed { end: End::Goal, .. } => "closed_goal",
         Refusal::NoWay { .. } => "no_way",
         Refusal::TooFar { .. } | Refusal::TooLong { .. } => "too_far",
-        Refusal::Unknown { .. } => "not_found",
-        Refusal::ShortestOnly { .. } => "shortest_only",
+        Refusal::Unknown { .. } => NOT_FOUND,
+        Refusal::GaveUp { .. } => "gave_up",
         Refusal::NotConfirmed { .. } => "not_confirmed",
         Refusal::Needs(_) | Refusal::Plan(_) => "failed",
     };
@@ -378,17 +405,28 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         closed: None,
         apart_m: None,
         looked_m: None,
+        gave_up: None,
+        via: None,
         by: Vec::new(),
         passable: None,
     };
     match refusal {
-        Refusal::Closed { water, refused, zoned, nearest_m, allowed_m, .. } => {
+        Refusal::Closed { end, water, refused, zoned, nearest_m, allowed_m } => {
+            told.via = match end {
+                End::Via(number) => Some(*number),
+                End::Start | End::Goal => None,
+            };
             told.gap_m = *nearest_m;
             let code = if *zoned { "zone" } else { water_code(*water, *refused) }.to_owned();
             told.closed = Some(SeaRouteClosed { code, depth_m: water.least_m(), may_move_m: *allowed_m });
         }
-        Refusal::NoWay { nearest, gap_m } => {
+        Refusal::NoWay { nearest, gap_m, looked_km } => {
             (told.nearest, told.gap_m) = (Some(degrees(*nearest)), Some(*gap_m));
+            told.looked_m = looked_km.map(|km| km * 1e3);
+        }
+        Refusal::GaveUp { tiles, looked_km, spent } => {
+            told.looked_m = Some(looked_km * 1e3);
+            told.gave_up = Some(SeaRouteGaveUp { tiles: *tiles, out_of_time: *spent == Spent::Time });
         }
         Refusal::Unknown { looked_km, nearest, gap_m } => {
             (told.nearest, told.gap_m) = (Some(degrees(*nearest)), Some(*gap_m));
@@ -398,11 +436,7 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
             told.apart_m = Some([straight_km * 1e3, most_km * 1e3]);
             told.by = by.iter().copied().map(degrees).collect();
         }
-        Refusal::ShortestOnly { .. }
-        | Refusal::TooLong { .. }
-        | Refusal::NotConfirmed { .. }
-        | Refusal::Needs(_)
-        | Refusal::Plan(_) => {}
+        Refusal::TooLong { .. } | Refusal::NotConfirmed { .. } | Refusal::Needs(_) | Refusal::Plan(_) => {}
     }
     told
 }

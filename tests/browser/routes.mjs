@@ -126,7 +126,7 @@ await inBrowser(async (open) => {
   await panel.getByText(/Wh from the batteries at 0\.\d\d m\/s/).waitFor();
   await lengthAfter(({ objective }) => objective === "shortest", () => best.selectOption("shortest"));
   const onMap = (x, y) => page.mouse.click(box.x + box.width * x, box.y + box.height * y);
-  await panel.getByRole("button", { name: "Draw an area to avoid" }).click();
+  await panel.getByRole("button", { name: "Draw an area" }).click();
   for (const [x, y] of [[0.55, 0.25], [0.7, 0.75], [0.7, 0.25], [0.55, 0.75]]) await onMap(x, y);
   await panel.getByRole("button", { name: "Avoid this area" }).click();
   await panel.getByText("Two sides of the area cross").waitFor();
@@ -135,10 +135,34 @@ await inBrowser(async (open) => {
   await panel.getByText(/: 4 so far/).waitFor();
   const aroundM = await lengthAfter(({ zones }) => zones.length === 1, () => panel.getByRole("button", { name: "Avoid this area" }).click());
   check(aroundM === undefined || aroundM >= freeM, `${aroundM} m with the area, ${freeM} m without`);
-  await page.waitForFunction(() => document.activeElement?.textContent === "Draw an area to avoid");
+  await page.waitForFunction(() => document.activeElement?.textContent === "Draw an area");
   await look(page, "route-with-area");
   const againM = await lengthAfter(({ zones }) => zones.length === 0, () => panel.getByRole("button", { name: "Remove area 1" }).click());
   check(Math.abs(againM - freeM) < 1, `${againM} m as before, ${freeM} m`);
+
+  // The same area with a speed limit instead: a limit out of range is refused at its field, a good one is asked for.
+  await panel.getByRole("button", { name: "Draw an area", exact: true }).click();
+  for (const [x, y] of [[0.7, 0.25], [0.7, 0.75], [0.55, 0.75]]) await onMap(x, y);
+  const isLimited = (mps) => ({ zones }) => zones.length === 1 && zones[0].kind === "limit" && zones[0].most_mps === mps;
+  await lengthAfter(isLimited(1), () => panel.getByRole("button", { name: "Limit the speed in this area" }).click());
+  const limit = panel.getByLabel("Speed limit of area 1 (m/s)");
+  await limit.fill("0");
+  await limit.press("Tab");
+  await panel.getByText("Give a speed of 0.05 to 20 m/s.").waitFor();
+  await lengthAfter(isLimited(0.5), async () => {
+    await limit.fill("0.5");
+    await limit.press("Tab");
+  });
+  await look(page, "route-with-limit");
+  await lengthAfter(({ zones }) => zones.length === 0, () => panel.getByRole("button", { name: "Remove speed limit 1" }).click());
+  // More distance is preferred where the water has it.
+  const off = panel.getByRole("spinbutton", { name: /Prefer farther off than/ });
+  const prefer = (metres) => async () => {
+    await off.fill(String(metres));
+    await off.press("Enter");
+  };
+  await lengthAfter(({ prefer_off_m }) => prefer_off_m === 100, prefer(100));
+  await lengthAfter(({ prefer_off_m }) => prefer_off_m === null, prefer(0));
 
   // What cannot be is told, with what would do, one press away.
   if ((await lengthAfter(({ clearance_m }) => clearance_m === 300, keep(300))) === undefined && (await panel.getByRole("button", { name: "Find what would work" }).isVisible())) {

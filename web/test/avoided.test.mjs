@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-avoided-"));
 const outfile = join(folder, "avoided.mjs");
 await build({ entryPoints: ["src/state/avoided.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { crosses, hasRoom, keepAreas, keptAreas, zonesOf } = await import(outfile);
+const { crosses, hasRoom, keepAreas, keepSlow, keptAreas, keptSlow, limitWrong, zonesOf } = await import(outfile);
 
 function store() {
   const kept = new Map();
@@ -24,7 +24,7 @@ test("areas come back for their plan, and leave nothing when there are none", ()
   keepAreas(local, "/api/v1/plans/1", [area]);
   assert.deepEqual(keptAreas(local, "/api/v1/plans/1"), [area]);
   assert.deepEqual(keptAreas(local, "/api/v1/plans/2"), []);
-  assert.deepEqual(zonesOf([area]), [{ kind: "avoid", corners: [[63, 10], [63.1, 10], [63.1, 10.2]], most_mps: null }]);
+  assert.deepEqual(zonesOf([area], []), [{ kind: "avoid", corners: [[63, 10], [63.1, 10], [63.1, 10.2]], most_mps: null }]);
   keepAreas(local, "/api/v1/plans/1", []);
   assert.equal(local.kept.size, 0);
 });
@@ -51,4 +51,16 @@ test("there is room for as many areas and corners as the server takes", () => {
   assert.equal(hasRoom([], area(200)), false);
   assert.equal(hasRoom(Array.from({ length: 50 }, () => area(3)), []), false);
   assert.equal(hasRoom(Array.from({ length: 5 }, () => area(199)), area(5)), false, "1000 in all");
+});
+
+test("areas with a speed limit are kept beside them, and a limit out of range is refused in words", () => {
+  const local = store();
+  const slow = { corners: area, most_mps: 0.8 };
+  keepSlow(local, "/api/v1/plans/1", [slow, { corners: area, most_mps: 0 }, { corners: [], most_mps: 1 }]);
+  assert.deepEqual(keptSlow(local, "/api/v1/plans/1"), [slow]);
+  assert.deepEqual(keptAreas(local, "/api/v1/plans/1"), []);
+  const corners = [[63, 10], [63.1, 10], [63.1, 10.2]];
+  assert.deepEqual(zonesOf([area], [slow]), [{ kind: "avoid", corners, most_mps: null }, { kind: "limit", corners, most_mps: 0.8 }]);
+  for (const good of ["0.05", "1", "20"]) assert.equal(limitWrong(good), "");
+  for (const bad of ["", " ", "0", "-1", "21", "fast", "NaN"]) assert.equal(limitWrong(bad), "Give a speed of 0.05 to 20 m/s.");
 });

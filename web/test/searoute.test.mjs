@@ -124,3 +124,24 @@ test("a place to pass belongs to the stretch on which the line was pulled", () =
   const places = placesOfRoute(found);
   assert.deepEqual([0, 1, 2].map((leg) => stretchAt(chosen, places, leg)), [0, 0, 1]);
 });
+
+test("a search that was stopped, a closed place on the way and a search of a part are said in words", () => {
+  const refusal = (more) => ({ code: "", text: "as the server said it", stretch: 0, nearest: null, gap_m: null, closed: null, apart_m: null, looked_m: null, gave_up: null, via: null, by: [], passable: null, ...more });
+  const said = (more) => remarks({ route: null, refusal: refusal(more) }).join(" ");
+  assert.match(said({ code: "gave_up", looked_m: 120_400, gave_up: { tiles: 412, out_of_time: true } }), /its time is used up\. It searched 412 tiles of the chart, up to 120 km from the start.*ask again/);
+  assert.match(said({ code: "gave_up", looked_m: 120_400, gave_up: { tiles: 2000, out_of_time: false } }), /may search no more of the chart\. It searched 2000 tiles, up to 120 km .*Add places on the way/);
+  const closed = { code: "land", depth_m: null, may_move_m: 1000 };
+  assert.match(said({ code: "closed_via", via: 2, closed, gap_m: 1400 }), /^No route can pass place 2 \(.+\)\. The nearest open water is 1400 m away; the place is moved by 1000 m at most\.$/);
+  assert.match(said({ code: "closed_via", via: 2, closed }), /^No route can pass place 2 \(.+\), and there is no open water within 50 km\.$/);
+  assert.match(said({ code: "no_way", gap_m: 80, looked_m: 40_000 }), /80 m from the goal \(searched 40 km around the start\)\.$/);
+  assert.match(said({ code: "no_way", gap_m: 80 }), /80 m from the goal\.$/);
+  assert.match(said({ code: "not_found", gap_m: 80, looked_m: 40_000 }), /^No route was found in the water that was looked at, up to 40 km/);
+});
+
+test("places to pass that were moved are named by number, and speed limits on the way are said", () => {
+  const moved = [{ end: "via", via: 2, distance_m: 84.4, text: "" }, { end: "goal", via: null, distance_m: 10, text: "" }];
+  const [via, goal, slow] = remarks({ route: { ...found, moved, legs: [{ limit_mps: null }, { limit_mps: 0.8 }] }, refusal: null });
+  assert.match(via, /^Place 2 on the way lies too near land.* moved by 84 m\.$/);
+  assert.match(goal, /^The goal lies too near land/);
+  assert.match(slow, /^The route enters areas with a speed limit\./);
+});

@@ -91,9 +91,9 @@ pub use register::{
     RegisterTag,
 };
 pub use routing::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteLeg,
-    SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone,
-    SeaRouteZoneKind,
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteGaveUp,
+    SeaRouteLeg, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest,
+    SeaRouteZone, SeaRouteZoneKind,
 };
 pub use said::{Fixed, Said, Wording, fixed, say};
 pub use samples::{

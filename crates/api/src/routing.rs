@@ -183,7 +183,7 @@ pub struct SeaRoute {
     pub least_depth_m: Option<f64>,
     /// Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
     pub least_clearance_m: Option<f64>,
-    /// Ends too near land, shallow water or a danger, which were moved to the nearest open water.
+    /// Ends and places to pass too near land, shallow water or a danger, which were moved to the nearest open water.
     pub moved: Vec<SeaRouteMoved>,
     /// Whether the guard lets a vessel sail every leg autonomously.
     pub guarded: bool,
@@ -220,12 +220,14 @@ pub struct SeaRouteLeg {
     pub turn_text: Option<String>,
 }
 
-/// An end of a route that was moved.
+/// An end of a route, or a place to pass, that was moved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteMoved {
-    /// `start` or `goal`.
+    /// `start`, `via` for a place to pass, or `goal`.
     pub end: String,
+    /// Number of the place to pass, from 1; null at an end.
+    pub via: Option<usize>,
     /// How far (m).
     pub distance_m: f64,
     /// Why, for people.
@@ -236,8 +238,8 @@ pub struct SeaRouteMoved {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteRefusal {
-    /// For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`,
-    /// `shortest_only` (another objective than the shortest, in water too detailed for that), `not_confirmed` or `failed`.
+    /// For programs: `closed_start`, `closed_via` (at a place to pass), `closed_goal`, `no_way`, `not_found` (not all water was
+    /// looked at), `gave_up` (the search for a long way was stopped), `too_far`, `not_confirmed` or `failed`.
     pub code: String,
     /// For people: what is in the way, and what to do.
     pub text: String,
@@ -253,10 +255,24 @@ pub struct SeaRouteRefusal {
     pub apart_m: Option<[f64; 2]>,
     /// How far from the start it was looked, where not all water was looked at (m); null for another reason.
     pub looked_m: Option<f64>,
+    /// What a search that was stopped had come to; null for another reason.
+    pub gave_up: Option<SeaRouteGaveUp>,
+    /// Number of the place to pass that is closed, from 1; null for another reason.
+    pub via: Option<usize>,
     /// Where start and goal are too far apart: places on a way between them, if one is known. Routes by way of them have shorter stretches.
     pub by: Vec<[f64; 2]>,
     /// Changes that would give a route; null where that was not asked for.
     pub passable: Option<SeaRoutePassable>,
+}
+
+/// What a search that was stopped had come to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteGaveUp {
+    /// So many tiles of the chart were searched.
+    pub tiles: usize,
+    /// Whether its time was used up; else it may search no more of the chart.
+    pub out_of_time: bool,
 }
 
 /// The obstacle at an end of a route that is closed to the vessel.

@@ -21,12 +21,12 @@ use crate::{
     RegisterEntry, RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterKind, RegisterPerson,
     RegisterProblem, RegisterProject, RegisterReceiver, RegisterRecord, RegisterTag, Role, RouteLeg,
     SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid,
-    SeaRouteLeg, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest,
-    SeaRouteZone, SeaRouteZoneKind, Series, SeriesField, Session, ShareVisit, ShareVisitKind, ShelveRequest,
-    SpeedUnit, StoredPlan, Subscription, SummaryBar, SummaryFlag, SummarySquare, SummaryTag, SummaryVessel,
-    System, TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint,
-    TransportPeer, Update, ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent,
-    Wording,
+    SeaRouteGaveUp, SeaRouteLeg, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal,
+    SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Series, SeriesField, Session, ShareVisit,
+    ShareVisitKind, ShelveRequest, SpeedUnit, StoredPlan, Subscription, SummaryBar, SummaryFlag,
+    SummarySquare, SummaryTag, SummaryVessel, System, TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus,
+    TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update, ValueKind, Vessel, VesselChart,
+    VesselParameters, VesselQuery, VesselQuerySent, Wording,
 };
 use ts_rs::TS;
 
@@ -202,6 +202,7 @@ fn text() -> String {
         SeaRouteLeg::decl(),
         SeaRouteMoved::decl(),
         SeaRouteClosed::decl(),
+        SeaRouteGaveUp::decl(),
         SeaRoutePassable::decl(),
         SeaRouteRefusal::decl(),
         Series::decl(),

@@ -33,7 +33,8 @@ fn main() {
         let router = Router::new(Arc::clone(&index));
         let router = number("LUTRA_LONG_MOST").into_iter().fold(router, Router::preparing);
         let needs = Needs::depth_and_clearance(depth_m, clearance_m);
-        println!("{depth_m} m deep, {clearance_m} m clear:");
+        println!("\n{depth_m} m deep, {clearance_m} m clear:\n");
+        println!("| straight | route | first | again | dragged |\n|---|---|---|---|---|");
         let (south, north) = (extent.south_deg + 0.02, extent.north_deg - 0.02);
         let (west, east) = (extent.west_deg + 0.02, extent.east_deg - 0.02);
         for [lat, lon, to_lat, to_lon] in [
@@ -44,6 +45,8 @@ fn main() {
         ] {
             asked(&router, &needs, [lat, lon], [to_lat, to_lon]);
         }
+        let (rooms, kept) = router.kept();
+        println!("\n{rooms} waters of {} MiB are kept; {}", kept >> 20, memory());
     }
 }
 
@@ -64,24 +67,21 @@ fn asked(router: &Router, needs: &Needs, from: [f64; 2], to: [f64; 2]) {
         ask(&Request { to, ..request }).0
     });
     let dragged_ms: Vec<f64> = dragged.collect();
-    let told = match &answer {
-        Ok(Route { length_m, legs, of_part, effort, moved_start, moved_goal, .. }) => format!(
-            "{:.1} km in {} legs, of part of the water: {of_part}, {} intervals, ends moved by {:?} m",
-            length_m / 1e3,
-            legs.len(),
-            effort.intervals,
-            [moved_start, moved_goal].map(|moved| moved.map_or(0.0, |moved| moved.distance_m.round()))
-        ),
+    let result = match &answer {
+        Ok(Route { length_m, legs, of_part, moved_start, moved_goal, .. }) => {
+            let moved = [("start", moved_start), ("goal", moved_goal)];
+            let moved = moved.into_iter().filter_map(|(end, moved)| Some((end, moved.as_ref()?.distance_m)));
+            let moved: String =
+                moved.map(|(end, moved_m)| format!(", the {end} moved by {moved_m:.0} m")).collect();
+            let part = if *of_part { ", of part of the water" } else { ", shown to be the shortest" };
+            format!("{:.1} km in {} legs{part}{moved}", length_m / 1e3, legs.len())
+        }
         Err(refusal) => refusal.to_string(),
     };
-    let (rooms, kept) = router.kept();
     println!(
-        "  {straight_km:.0} km straight: first {:.1} s, again {again_ms:.1} ms, dragged {:.1} ms at most; {told}; {rooms} waters of \
-         {} MiB; {}",
+        "| {straight_km:.0} km | {result} | {:.1} s | {again_ms:.0} ms | {:.0} ms |",
         cold_ms / 1e3,
         dragged_ms.into_iter().fold(0.0, f64::max),
-        kept >> 20,
-        memory()
     );
 }
 

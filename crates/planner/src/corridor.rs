@@ -1,12 +1,12 @@
 //! Which tiles a long way may lead through.
 //!
-//! A* (P. E. Hart, N. J. Nilsson and B. Raphael 1968) over doors of tiles. It asks for the doors of a tile when it comes there,
+//! A* (P. E. Hart, N. J. Nilsson and B. Raphael 1968) over portals of tiles. It asks for the portals of a tile when it comes there,
 //! so that no water is prepared that the way cannot lead to. Then all tiles are taken through which a way leads that is hardly
-//! longer than the shortest one found. Doors are entered at their middles, so that lengths are too long by up to 0.2 %
+//! longer than the shortest one found. Portals are entered at their middles, so that lengths are too long by up to 0.2 %
 //! in open water: the corridor is wider than that.
 
-use crate::doors::Doors;
 use crate::plane::Point;
+use crate::portals::Portals;
 use crate::tile::Tile;
 use crate::{Cancel, PlanError};
 use std::cmp::Reverse;
@@ -18,61 +18,64 @@ use std::sync::Arc;
 pub(crate) const WIDTHS: [(f64, f64); 3] = [(0.004, 0.125), (0.002, 0.05), (0.0, 5e-5)];
 /// So many tiles are looked at around the goal first, to see whether it lies in water that is enclosed.
 const LOOK_TILES: usize = 24;
-/// Where it is, so many more are looked at to say how near to it a way leads.
+/// Where it is, so many more are looked at to say how near to it a way leads; the answer says how far that was.
 const NEAREST_TILES: usize = 64;
-/// Doors between two looks at whether the answer is still wanted.
+/// Portals between two looks at whether the answer is still wanted.
 const DOORS_BETWEEN_LOOKS: usize = 256;
 
 /// A piece of a tile's water.
 pub(crate) type Part = (Tile, u32);
 
-/// An end of a way: the part of a tile that it stands in, and how long the ways from it to its doors are (m).
+/// An end of a way: the part of a tile that it stands in, and how long the ways from it to its portals are (m).
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Foot {
     pub(crate) at: Point,
-    pub(crate) doors: Vec<((Tile, usize), f64)>,
+    pub(crate) portals: Vec<((Tile, usize), f64)>,
     pub(crate) part: Part,
 }
 
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Found {
-    /// Tiles for each of [`WIDTHS`], the widest first, and the doors of the shortest way.
-    Corridor { tiles: [BTreeSet<Tile>; WIDTHS.len()], doors: Vec<Point> },
+    /// Tiles for each of [`WIDTHS`], the widest first, and the portals of the shortest way.
+    Corridor { tiles: [BTreeSet<Tile>; WIDTHS.len()], portals: Vec<Point> },
     /// There is no way: the water around one of the ends was looked at wholly, and these are its parts. The start leads to
-    /// these others, or to more where it is the goal's water that is enclosed.
-    NoWay { enclosed: BTreeSet<Part>, reached: BTreeSet<Part> },
-    /// Not known: there is more water than may be looked at. The start leads to these parts.
+    /// these others, and to more unless they are `all`.
+    NoWay { enclosed: BTreeSet<Part>, reached: BTreeSet<Part>, all: bool },
+    /// Not known: water leads on to tiles that are too far off. The start leads to these parts.
     Unknown { reached: BTreeSet<Part> },
+    /// Not known: there is more water than may be looked at.
+    Spent,
 }
 
 /// How much may be looked at for one way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Most {
     pub(crate) tiles: usize,
-    /// Of doors.
+    /// Of portals.
     pub(crate) bytes: usize,
 }
 
-/// Gives the doors of a tile; `None` of one that is too far off to be looked at.
-pub(crate) type Ask<'a> = &'a mut dyn FnMut(Tile) -> Result<Option<Arc<Doors>>, PlanError>;
+/// Gives the portals of a tile; `None` of one that is too far off to be looked at.
+pub(crate) type Ask<'a> = &'a mut dyn FnMut(Tile) -> Result<Option<Arc<Portals>>, PlanError>;
 
-/// Finds the corridor between two ends, in tiles of this size. `direct_m` is how long the way through no door is (m), if there
+/// Finds the corridor between two ends, in tiles of this size. `direct_m` is how long the way through no portal is (m), if there
 /// is one.
 pub(crate) fn find(
     [from, to]: [&Foot; 2],
     (direct_m, tile_m): (Option<f64>, f64),
-    doors: Ask<'_>,
+    portals: Ask<'_>,
     most: Most,
     cancel: &Cancel<'_>,
 ) -> Result<Found, PlanError> {
     let mut search = Search {
-        doors,
+        portals,
         numbers: BTreeMap::new(),
         tiles: Vec::new(),
         onward: Vec::new(),
         bytes: 0,
         is_cut_short: false,
+        is_spent: false,
         tile_m,
         cancel,
     };
@@ -85,74 +88,77 @@ pub(crate) fn find(
     let (there, shortest_m) = search.forward((&start, &goal), direct_m, most)?;
     if shortest_m.is_finite() {
         let ends = BTreeSet::from([from.part.0, to.part.0]);
-        let doors = search.way(&goal, &there);
-        return Ok(Found::Corridor { tiles: search.back(&goal, &there, shortest_m, &ends)?, doors });
+        let portals = search.way(&goal, &there);
+        return Ok(Found::Corridor { tiles: search.back(&goal, &there, shortest_m, &ends)?, portals });
     }
     let mut reached = search.reached(&there);
     reached.insert(from.part);
     Ok(match enclosed {
-        _ if !search.is_cut_short => Found::NoWay { enclosed: reached.clone(), reached },
+        _ if !search.is_cut_short => Found::NoWay { enclosed: reached.clone(), reached, all: true },
         Some(mut enclosed) => {
             enclosed.insert(to.part);
-            Found::NoWay { enclosed, reached }
+            Found::NoWay { enclosed, reached, all: false }
         }
+        None if search.is_spent => Found::Spent,
         None => Found::Unknown { reached },
     })
 }
 
-/// A door: the number of its tile in the search, and its own in the tile.
+/// A portal: the number of its tile in the search, and its own in the tile.
 type Node = (u32, u32);
 
-/// An end whose doors are numbered.
+/// An end whose portals are numbered.
 struct End {
     at: Point,
-    doors: Vec<(Node, f64)>,
+    portals: Vec<(Node, f64)>,
 }
 
-/// Ways over doors.
+/// Ways over portals.
 struct Search<'a, 'b> {
-    doors: Ask<'a>,
+    portals: Ask<'a>,
     numbers: BTreeMap<Tile, u32>,
-    tiles: Vec<(Tile, Option<Arc<Doors>>)>,
-    /// Where the door that was asked for last leads on to.
+    tiles: Vec<(Tile, Option<Arc<Portals>>)>,
+    /// Where the portal that was asked for last leads on to.
     onward: Vec<(Node, f64)>,
-    /// Of the doors of all these tiles.
+    /// Of the portals of all these tiles.
     bytes: usize,
     /// Water leads on to where it was not looked at.
     is_cut_short: bool,
+    /// No more water may be looked at.
+    is_spent: bool,
     tile_m: f64,
     cancel: &'a Cancel<'b>,
 }
 
-/// Doors that wait, by length, whose bits order like itself; and how long the shortest known way to each is (m).
+/// Portals that wait, by length, whose bits order like itself; and how long the shortest known way to each is (m).
 #[derive(Default)]
 struct Ways {
     heap: BinaryHeap<Reverse<(u64, Node)>>,
-    /// By tile and door: the length, and the door before it, or itself where the way begins.
+    /// By tile and portal: the length, and the portal before it, or itself where the way begins.
     known: Vec<Vec<(f64, Node)>>,
 }
 
 impl Ways {
-    /// How long the shortest known way to a door is (m); infinite where no way is known.
+    /// How long the shortest known way to a portal is (m); infinite where no way is known.
     fn length_m(&self, node: Node) -> f64 {
         self.known(node).0
     }
 
     fn known(&self, node: Node) -> (f64, Node) {
-        let doors = self.known.get(node.0 as usize);
-        doors.and_then(|doors| doors.get(node.1 as usize)).copied().unwrap_or((f64::INFINITY, node))
+        let portals = self.known.get(node.0 as usize);
+        portals.and_then(|portals| portals.get(node.1 as usize)).copied().unwrap_or((f64::INFINITY, node))
     }
 
-    /// Adds a door that waits, if no shorter way to it is known; in the order of its length and what is left at least (m).
+    /// Adds a portal that waits, if no shorter way to it is known; in the order of its length and what is left at least (m).
     fn put(&mut self, node: Node, (length_m, before): (f64, Node), left_m: f64) {
         if length_m >= self.length_m(node) {
             return;
         }
-        let (tile, door) = (node.0 as usize, node.1 as usize);
+        let (tile, portal) = (node.0 as usize, node.1 as usize);
         self.known.resize(self.known.len().max(tile + 1), Vec::new());
-        let doors = &mut self.known[tile];
-        doors.resize(doors.len().max(door + 1), (f64::INFINITY, node));
-        doors[door] = (length_m, before);
+        let portals = &mut self.known[tile];
+        portals.resize(portals.len().max(portal + 1), (f64::INFINITY, node));
+        portals[portal] = (length_m, before);
         self.heap.push(Reverse(((length_m + left_m).to_bits(), node)));
     }
 }
@@ -162,34 +168,34 @@ impl Search<'_, '_> {
         if let Some(number) = self.numbers.get(&tile) {
             return Ok(*number);
         }
-        let doors = (self.doors)(tile)?;
-        self.bytes += doors.as_ref().map_or(0, |doors| doors.bytes());
+        let portals = (self.portals)(tile)?;
+        self.bytes += portals.as_ref().map_or(0, |portals| portals.bytes());
         let number = self.tiles.len() as u32;
-        self.tiles.push((tile, doors));
+        self.tiles.push((tile, portals));
         self.numbers.insert(tile, number);
         Ok(number)
     }
 
     fn end(&mut self, foot: &Foot) -> Result<End, PlanError> {
-        let mut doors = Vec::with_capacity(foot.doors.len());
-        for ((tile, door), length_m) in &foot.doors {
-            doors.push(((self.number(*tile)?, *door as u32), *length_m));
+        let mut portals = Vec::with_capacity(foot.portals.len());
+        for ((tile, portal), length_m) in &foot.portals {
+            portals.push(((self.number(*tile)?, *portal as u32), *length_m));
         }
-        Ok(End { at: foot.at, doors })
+        Ok(End { at: foot.at, portals })
     }
 
-    /// Looks where a door leads on to: within its tile, and beyond it.
-    fn look_onward(&mut self, (number, door): Node) -> Result<(), PlanError> {
+    /// Looks where a portal leads on to: within its tile, and beyond it.
+    fn look_onward(&mut self, (number, portal): Node) -> Result<(), PlanError> {
         self.onward.clear();
-        let (tile, doors) = &self.tiles[number as usize];
-        let Some(here) = doors.clone() else { return Ok(()) };
-        let beyond = here.beyond(*tile, door as usize);
-        let within = here.onward(door as usize);
+        let (tile, portals) = &self.tiles[number as usize];
+        let Some(here) = portals.clone() else { return Ok(()) };
+        let beyond = here.beyond(*tile, portal as usize);
+        let within = here.onward(portal as usize);
         self.onward.extend(within.map(|(other, length_m)| ((number, other as u32), length_m)));
         let number = self.number(beyond)?;
         match &self.tiles[number as usize].1 {
             Some(there) => {
-                let leads = there.opposite(&here.list[door as usize]);
+                let leads = there.opposite(&here.list[portal as usize]);
                 self.onward.extend(leads.map(|(other, length_m)| ((number, other as u32), length_m)));
             }
             None => self.is_cut_short = true,
@@ -197,9 +203,9 @@ impl Search<'_, '_> {
         Ok(())
     }
 
-    fn at(&self, (tile, door): Node) -> Point {
-        let doors = self.tiles[tile as usize].1.as_ref();
-        doors.map_or_else(Point::default, |doors| doors.list[door as usize].at)
+    fn at(&self, (tile, portal): Node) -> Point {
+        let portals = self.tiles[tile as usize].1.as_ref();
+        portals.map_or_else(Point::default, |portals| portals.list[portal as usize].at)
     }
 
     /// How long ways in a corridor of a width are at most (m).
@@ -210,8 +216,8 @@ impl Search<'_, '_> {
     /// The parts of the water around an end if it is enclosed: all of it was looked at, in few tiles, and the other end was not
     /// in it.
     fn enclosed(&mut self, around: &End, other: &End) -> Result<Option<BTreeSet<Part>>, PlanError> {
-        let goals: BTreeSet<Node> = other.doors.iter().map(|(node, _)| *node).collect();
-        let mut seen: BTreeSet<Node> = around.doors.iter().map(|(node, _)| *node).collect();
+        let goals: BTreeSet<Node> = other.portals.iter().map(|(node, _)| *node).collect();
+        let mut seen: BTreeSet<Node> = around.portals.iter().map(|(node, _)| *node).collect();
         let mut waiting: Vec<Node> = seen.iter().copied().collect();
         while let Some(node) = waiting.pop() {
             self.cancel.check()?;
@@ -225,13 +231,13 @@ impl Search<'_, '_> {
             waiting.extend(self.onward.iter().map(|(next, _)| *next).filter(|next| seen.insert(*next)));
         }
         let part = |node: Node| {
-            let (tile, doors) = &self.tiles[node.0 as usize];
-            doors.as_ref().map(|doors| (*tile, doors.list[node.1 as usize].piece))
+            let (tile, portals) = &self.tiles[node.0 as usize];
+            portals.as_ref().map(|portals| (*tile, portals.list[node.1 as usize].piece))
         };
         Ok(Some(seen.into_iter().filter_map(part).collect()))
     }
 
-    /// The ways to all doors through which a way to the goal may lead that belongs to the corridor, and how long the
+    /// The ways to all portals through which a way to the goal may lead that belongs to the corridor, and how long the
     /// shortest one is (m); infinite where no way was found.
     fn forward(
         &mut self,
@@ -239,10 +245,10 @@ impl Search<'_, '_> {
         direct_m: Option<f64>,
         most: Most,
     ) -> Result<(Ways, f64), PlanError> {
-        let rest_m: BTreeMap<Node, f64> = to.doors.iter().copied().collect();
+        let rest_m: BTreeMap<Node, f64> = to.portals.iter().copied().collect();
         let mut shortest_m = direct_m.unwrap_or(f64::INFINITY);
         let (mut ways, mut looked) = (Ways::default(), 0_usize);
-        for (node, length_m) in &from.doors {
+        for (node, length_m) in &from.portals {
             ways.put(*node, (*length_m, *node), self.at(*node).distance_m(to.at));
         }
         while let Some(Reverse((bits, node))) = ways.heap.pop() {
@@ -260,7 +266,7 @@ impl Search<'_, '_> {
             }
             shortest_m = rest_m.get(&node).map_or(shortest_m, |rest_m| shortest_m.min(length_m + rest_m));
             if self.tiles.len() > most.tiles || self.bytes > most.bytes {
-                self.is_cut_short = true;
+                (self.is_cut_short, self.is_spent) = (true, true);
                 break;
             }
             self.look_onward(node)?;
@@ -274,18 +280,18 @@ impl Search<'_, '_> {
     /// The parts of tiles that ways lead to.
     fn reached(&self, ways: &Ways) -> BTreeSet<Part> {
         let mut parts = BTreeSet::new();
-        for ((tile, doors), known) in self.tiles.iter().zip(&ways.known) {
-            let list = doors.iter().flat_map(|doors| &doors.list).zip(known);
+        for ((tile, portals), known) in self.tiles.iter().zip(&ways.known) {
+            let list = portals.iter().flat_map(|portals| &portals.list).zip(known);
             let leads = list.filter(|(_, (length_m, _))| length_m.is_finite());
-            parts.extend(leads.map(|(door, _)| (*tile, door.piece)));
+            parts.extend(leads.map(|(portal, _)| (*tile, portal.piece)));
         }
         parts
     }
 
-    /// The doors of the shortest way, in order.
+    /// The portals of the shortest way, in order.
     fn way(&self, to: &End, there: &Ways) -> Vec<Point> {
         let length_m = |(node, rest_m): &(Node, f64)| there.length_m(*node) + rest_m;
-        let last = to.doors.iter().min_by(|one, other| length_m(one).total_cmp(&length_m(other)));
+        let last = to.portals.iter().min_by(|one, other| length_m(one).total_cmp(&length_m(other)));
         let mut way = Vec::new();
         let mut next = last.map(|(node, _)| *node).filter(|node| there.length_m(*node).is_finite());
         while let Some(node) = next {
@@ -306,7 +312,7 @@ impl Search<'_, '_> {
     ) -> Result<[BTreeSet<Tile>; WIDTHS.len()], PlanError> {
         let mut tiles = WIDTHS.map(|_| ends.clone());
         let (mut ways, mut looked) = (Ways::default(), 0_usize);
-        to.doors.iter().for_each(|(node, length_m)| ways.put(*node, (*length_m, *node), 0.0));
+        to.portals.iter().for_each(|(node, length_m)| ways.put(*node, (*length_m, *node), 0.0));
         while let Some(Reverse((bits, node))) = ways.heap.pop() {
             let length_m = ways.length_m(node);
             let all_m = there.length_m(node) + length_m;

@@ -1,16 +1,16 @@
-//! Doors of tiles that were looked at, kept for the next long way.
+//! Portals of tiles that were looked at, kept for the next long way.
 
-use crate::doors::Doors;
 use crate::needs::Needs;
+use crate::portals::Portals;
 use crate::tile::{Grid, Tile};
 use crate::zones::Zones;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Doors take no more memory (bytes); those that were not used for longest go first. They are found again where needed.
+/// Portals take no more memory (bytes); those that were not used for longest go first. They are found again where needed.
 const MOST_BYTES: usize = 16 << 20;
 
-/// What doors are of.
+/// What portals are of.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Of {
     pub(crate) needs: Needs,
@@ -18,7 +18,7 @@ pub(crate) struct Of {
     pub(crate) grid: Grid,
 }
 
-/// Doors by what they are of and by tile; clones share them.
+/// Portals by what they are of and by tile; clones share them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Known(Arc<Mutex<All>>);
 
@@ -33,21 +33,21 @@ struct All {
 #[derive(Debug)]
 struct Group {
     of: Of,
-    tiles: BTreeMap<Tile, (u64, Arc<Doors>)>,
+    tiles: BTreeMap<Tile, (u64, Arc<Portals>)>,
 }
 
 impl Known {
-    pub(crate) fn get(&self, of: &Of, tile: Tile) -> Option<Arc<Doors>> {
+    pub(crate) fn get(&self, of: &Of, tile: Tile) -> Option<Arc<Portals>> {
         let mut all = self.lock();
         all.questions += 1;
         let now = all.questions;
         let group = all.groups.iter_mut().find(|group| group.of == *of)?;
-        let (used, doors) = group.tiles.get_mut(&tile)?;
+        let (used, portals) = group.tiles.get_mut(&tile)?;
         *used = now;
-        Some(Arc::clone(doors))
+        Some(Arc::clone(portals))
     }
 
-    pub(crate) fn put(&self, of: &Of, tile: Tile, doors: &Arc<Doors>) {
+    pub(crate) fn put(&self, of: &Of, tile: Tile, portals: &Arc<Portals>) {
         let mut all = self.lock();
         let now = all.questions;
         let at = all.groups.iter().position(|group| group.of == *of);
@@ -55,8 +55,8 @@ impl Known {
             all.groups.push(Group { of: of.clone(), tiles: BTreeMap::new() });
             all.groups.len() - 1
         });
-        all.bytes += doors.bytes();
-        if let Some((_, old)) = all.groups[at].tiles.insert(tile, (now, Arc::clone(doors))) {
+        all.bytes += portals.bytes();
+        if let Some((_, old)) = all.groups[at].tiles.insert(tile, (now, Arc::clone(portals))) {
             all.bytes -= old.bytes();
         }
         while all.bytes > MOST_BYTES && all.forget_one() {}
@@ -80,8 +80,8 @@ impl All {
                 held.tiles.iter().map(move |(tile, (used, _))| (*used, group, *tile))
             });
         let Some((_, group, tile)) = used.min() else { return false };
-        if let Some((_, doors)) = self.groups[group].tiles.remove(&tile) {
-            self.bytes -= doors.bytes();
+        if let Some((_, portals)) = self.groups[group].tiles.remove(&tile) {
+            self.bytes -= portals.bytes();
         }
         self.groups.retain(|group| !group.tiles.is_empty());
         true
@@ -95,14 +95,14 @@ mod tests {
     use units::LatLon;
 
     #[test]
-    fn doors_that_were_not_used_for_longest_are_forgotten_first() {
+    fn portals_that_were_not_used_for_longest_are_forgotten_first() {
         let grid = Grid { middle: LatLon::from_deg(63.0, 10.0).unwrap(), tile_m: 1_000.0 };
         let needs = Needs::depth_and_clearance(5.0, 25.0);
         let of = Of { needs, zones: Arc::default(), grid };
         let other = Of { needs: Needs::depth_and_clearance(2.0, 25.0), ..of.clone() };
         let tile = |east: u32| grid.tile(Point { x: 1_000.0 * f64::from(east) + 1.0, y: 1.0 });
         let known = Known::default();
-        let quarter = Arc::new(Doors::of_bytes(MOST_BYTES / 4));
+        let quarter = Arc::new(Portals::of_bytes(MOST_BYTES / 4));
         for east in 0..4 {
             assert!(known.get(&of, tile(east)).is_none());
             known.put(&of, tile(east), &quarter);
@@ -114,7 +114,7 @@ mod tests {
         for (of, east) in [(&of, 0), (&of, 2), (&of, 3), (&other, 0)] {
             assert!(known.get(of, tile(east)).is_some(), "{east}");
         }
-        known.put(&of, tile(2), &Arc::new(Doors::of_bytes(0)));
+        known.put(&of, tile(2), &Arc::new(Portals::of_bytes(0)));
         assert_eq!(known.bytes(), MOST_BYTES / 4 * 3, "what is put again takes the place of what was there");
     }
 }

@@ -25,7 +25,7 @@
 //!    (`walls`, `joining`), then by preparing the least water that could hold a way (`passable`).
 //!
 //! It knows charts, and neither vessels, plans, files nor the clock. It does one thing at a time on the thread that
-//! asks; long work asks [`Cancel`] whether its answer is still wanted.
+//! asks; long work asks [`Cancel`] whether its answer is still wanted and its time is not used up.
 //!
 //! - [`Needs`] say how deep and how far off.
 //! - [`Zones`] say where ways may lead beside that.
@@ -43,7 +43,6 @@ mod cancel;
 pub mod classic;
 mod corridor;
 mod currents;
-mod doors;
 mod joining;
 mod known;
 mod landmarks;
@@ -59,6 +58,8 @@ mod pace;
 mod parts;
 mod passable;
 mod plane;
+mod portals;
+mod refusal;
 mod region;
 mod room;
 mod rooms;
@@ -75,14 +76,15 @@ mod weighed;
 mod weighing;
 mod zones;
 
-pub use cancel::Cancel;
+pub use cancel::{Cancel, Progress};
 pub use currents::{CurrentGrid, CurrentGridError, Currents, Flow};
 pub use needs::{Needs, NeedsError};
 pub use objective::{Aim, LegCost, Objective, Power, Preferences, SpeedLimit};
 pub use passable::{Passable, PassableGap};
 pub use plane::{Plane, Point};
+pub use refusal::{End, Refusal, Spent};
 pub use room::{PlanError, SeaRoom};
-pub use route::{End, Moved, Refusal, Request, Route, RouteLeg};
+pub use route::{Moved, Request, Route, RouteLeg};
 pub use router::Router;
 pub use search::Effort;
 pub use turns::{Turn, TurnTrouble};

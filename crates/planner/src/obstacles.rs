@@ -162,13 +162,21 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
 }
 
 /// Pieces of regions that lie beside each other, as pieces of all of them.
-pub(crate) fn joined(pieces_of_all: &Pieces) -> Pieces {
+///
+/// The overlay itself cannot be stopped: it is of one corridor at most, a fraction of a second.
+pub(crate) fn joined(pieces_of_all: &Pieces, cancel: &Cancel<'_>) -> Result<Pieces, PlanError> {
     let mut overlay: Overlay<i32> = Overlay::new(pieces_of_all.iter().flatten().map(Vec::len).sum());
-    for ring in pieces_of_all.iter().flatten() {
-        let ring: Vec<IntPoint<i32>> = ring.iter().map(|[x, y]| IntPoint::new(*x, *y)).collect();
-        overlay.add_contour(&ring, ShapeType::Subject);
+    for rings in pieces_of_all {
+        cancel.check()?;
+        for ring in rings {
+            let ring: Vec<IntPoint<i32>> = ring.iter().map(|[x, y]| IntPoint::new(*x, *y)).collect();
+            overlay.add_contour(&ring, ShapeType::Subject);
+        }
     }
-    pieces(overlay.overlay(OverlayRule::Subject, FillRule::NonZero))
+    cancel.check()?;
+    let joined = pieces(overlay.overlay(OverlayRule::Subject, FillRule::NonZero));
+    cancel.check()?;
+    Ok(joined)
 }
 
 fn pieces(shapes: Shapes) -> Pieces {
@@ -264,4 +272,35 @@ pub(crate) fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
         }
     }
     line.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    #[test]
+    fn joining_ends_at_the_first_look_that_says_that_it_is_not_wanted() {
+        let square = |east: i32| vec![vec![[east, 0], [east + 100, 0], [east + 100, 100], [east, 100]]];
+        let tiles: Pieces = (0..10).map(|n| square(100 * n)).collect();
+        assert_eq!(joined(&tiles, &Cancel::never()).unwrap().len(), 1);
+        let mut ended = 0;
+        for most in 0.. {
+            let looks = Cell::new(0);
+            let wanted = || {
+                looks.set(looks.get() + 1);
+                looks.get() <= most
+            };
+            match joined(&tiles, &Cancel::unless(&wanted)) {
+                Err(PlanError::Cancelled) => assert_eq!(looks.get(), most + 1),
+                other => {
+                    assert_eq!(other.unwrap().len(), 1);
+                    break;
+                }
+            }
+            ended += 1;
+        }
+        // Before each piece, before the overlay and after it.
+        assert_eq!(ended, 12);
+    }
 }

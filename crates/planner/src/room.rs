@@ -33,6 +33,9 @@ pub enum PlanError {
     /// The request was cancelled.
     #[error("the answer is no longer wanted")]
     Cancelled,
+    /// The time of the request is used up.
+    #[error("the time for planning is used up: ask for a shorter way, or add places on the way")]
+    OutOfTime,
     /// The chart's geometry could not be divided.
     #[error("the chart cannot be divided for planning: {0}; report this with the charts' names")]
     Geometry(String),
@@ -138,7 +141,7 @@ impl SeaRoom {
         barriers.sort_unstable_by_key(order);
         barriers.dedup();
         let region = Region::of(&corners);
-        let pieces = if tiles.len() == 1 { pieces } else { joined(&pieces) };
+        let pieces = if tiles.len() == 1 { pieces } else { joined(&pieces, cancel)? };
         let mut room = Self::divided(
             index,
             (needs, zones),

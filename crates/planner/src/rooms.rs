@@ -12,7 +12,7 @@ use units::LatLon;
 
 /// So many rooms are kept unless fewer are asked for; the room that was not used for longest goes first.
 const MOST_ROOMS: usize = 8;
-/// All rooms together take no more memory, except for the room that was asked for last (bytes). With the doors of tiles
+/// All rooms together take no more memory, except for the room that was asked for last (bytes). With the portals of tiles
 /// ([`crate::known`]) that is 96 MiB.
 const MOST_BYTES: usize = 80 << 20;
 
@@ -100,7 +100,7 @@ impl Rooms {
         water: Water,
         cancel: &Cancel<'_>,
     ) -> Result<Arc<SeaRoom>, PlanError> {
-        if let Some(room) = self.kept(needs, |kept| *kept == water) {
+        if let Some((_, room)) = self.kept(needs, |kept| *kept == water) {
             return Ok(room);
         }
         let room = Arc::new(self.prepare(needs, &water, cancel)?);
@@ -117,14 +117,18 @@ impl Rooms {
     }
 
     /// Water that is kept for these needs, if some is what is wanted.
-    pub(crate) fn kept(&self, needs: &Needs, wanted: impl Fn(&Water) -> bool) -> Option<Arc<SeaRoom>> {
+    pub(crate) fn kept(
+        &self,
+        needs: &Needs,
+        wanted: impl Fn(&Water) -> bool,
+    ) -> Option<(Water, Arc<SeaRoom>)> {
         let mut kept = self.lock();
         let at = kept
             .iter()
             .position(|one| one.needs == *needs && one.zones == self.zones && wanted(&one.water))?;
         let used = kept.remove(at);
         kept.push(used.clone());
-        Some(used.room)
+        Some((used.water, used.room))
     }
 
     /// Water that is kept, in which a search was long and nothing was learned yet.

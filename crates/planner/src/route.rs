@@ -6,14 +6,14 @@ use crate::needs::{Needs, NeedsError};
 use crate::objective::{LegCost, Objective};
 use crate::obstacles;
 use crate::plane::Point;
-use crate::room::{FAR_M, PlanError, SeaRoom};
+use crate::refusal::{End, Refusal};
+use crate::room::{FAR_M, SeaRoom};
 use crate::sailing::Wish;
 use crate::search::{self, Effort};
 use crate::tidy::tidy;
 use crate::turns::{self, Turn};
 use crate::zones::Zones;
 use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Restricted, Restriction, Water};
-use std::fmt;
 use units::LatLon;
 
 /// A leg that the chart does not confirm as one geodesic is halved so often at most: a long one bows in the plane.
@@ -96,24 +96,6 @@ impl Request {
     }
 }
 
-/// One of the two ends of a way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// Where it begins.
-    Start,
-    /// Where it leads.
-    Goal,
-}
-
-impl fmt::Display for End {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Start => "the start",
-            Self::Goal => "the goal",
-        })
-    }
-}
-
 /// An end that lay in closed water.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moved {
@@ -159,6 +141,8 @@ pub struct Route {
     pub moved_start: Option<Moved>,
     /// The goal, if it was moved.
     pub moved_goal: Option<Moved>,
+    /// Places to pass that were moved, by their numbers from 1.
+    pub moved_via: Vec<(usize, Moved)>,
     /// What finding it took.
     pub effort: Effort,
     /// Only part of the water was looked at in full, as there is too much of it: other water may hold a shorter way.
@@ -188,9 +172,19 @@ impl Route {
         self.length_m += next.length_m;
         self.legs.extend(next.legs);
         self.moved_goal = next.moved_goal;
+        self.moved_via.extend(next.moved_via);
         self.effort = self.effort.and(next.effort);
         self.of_part |= next.of_part;
         self.alternatives.clear();
+        self
+    }
+
+    /// As a stretch that ends at a place to pass: its goal is that place.
+    pub(crate) fn to_via(mut self, number: usize) -> Self {
+        if let Some(shortest) = self.shortest.take() {
+            self.shortest = Some(Box::new(shortest.to_via(number)));
+        }
+        self.moved_via.extend(self.moved_goal.map(|moved| (number, moved)));
         self
     }
 
@@ -249,141 +243,6 @@ impl Route {
     /// Distance to the nearest danger, land or shallow water (m); `None` beyond 5 km.
     pub fn least_clearance_m(&self) -> Option<f64> {
         self.legs.iter().filter_map(|leg| leg.clearance_m).min_by(f64::total_cmp)
-    }
-}
-
-/// Why no route is given.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Refusal {
-    /// Needs that nothing can meet.
-    #[error(transparent)]
-    Needs(#[from] NeedsError),
-    /// An end lies in closed water, farther from open water than it may be moved.
-    #[error("{}", closed_text(*.end, (*.water, *.refused, *.zoned), *.nearest_m, *.allowed_m))]
-    Closed {
-        /// Which.
-        end: End,
-        /// What there is.
-        water: Water,
-        /// How the place is closed to the vessel by a rule, if it is.
-        refused: Option<Restriction>,
-        /// It lies outside the allowed zone or in a forbidden one.
-        zoned: bool,
-        /// Distance to the nearest open water (m); `None` beyond 50 km.
-        nearest_m: Option<f64>,
-        /// How far it may be moved (m).
-        allowed_m: f64,
-    },
-    /// Both ends lie in open water, but no open water connects them.
-    #[error(
-        "no route is deep enough and keeps this clearance; the nearest place that can be reached is {gap_m:.0} m from the \
-         goal"
-    )]
-    NoWay {
-        /// The place nearest to the goal that can be reached.
-        nearest: LatLon,
-        /// How far that is from the goal (m).
-        gap_m: f64,
-    },
-    /// The depth index does not confirm a leg that was found. The route is withheld.
-    #[error(
-        "the check against the chart failed near {at}, so the route is withheld; please report this with the charts' names"
-    )]
-    NotConfirmed {
-        /// Where.
-        at: String,
-    },
-    /// Water that was looked at holds no way, and not all water was looked at.
-    #[error(
-        "no route was found in the water that was looked at, up to {looked_km:.0} km from the start; the nearest place there that \
-         can be reached is {gap_m:.0} m from the goal: add places on the way"
-    )]
-    Unknown {
-        /// How far from the start it was looked (km).
-        looked_km: f64,
-        /// The place nearest to the goal that can be reached, as far as it was looked.
-        nearest: LatLon,
-        /// How far that is from the goal (m).
-        gap_m: f64,
-    },
-    /// Start and goal are farther apart than routes are planned.
-    #[error("{}", too_far_text(*.straight_km, *.most_km, .by))]
-    TooFar {
-        /// The straight distance (km).
-        straight_km: f64,
-        /// The greatest one (km).
-        most_km: f64,
-        /// Places on a way there that is deep enough, if one is known; a route by way of them has shorter stretches.
-        by: Vec<LatLon>,
-    },
-    /// Where no region holds the way, only the shortest is planned, and another objective was asked for.
-    #[error(
-        "start and goal are {straight_km:.0} km apart in detailed charts, where only the shortest route is planned; other objectives \
-         are planned up to {most_km:.0} km: ask for the shortest, or add places on the way"
-    )]
-    ShortestOnly {
-        /// The straight distance (km).
-        straight_km: f64,
-        /// The greatest one for an objective (km).
-        most_km: f64,
-    },
-    /// A route is longer than one that is of use.
-    #[error("a route there is {:.1} km long or more; it may have {:.1} km", .length_m / 1e3, .most_m / 1e3)]
-    TooLong {
-        /// Its length, or how far the ends are apart (m).
-        length_m: f64,
-        /// The greatest that was asked for (m).
-        most_m: f64,
-    },
-    /// Planning failed.
-    #[error(transparent)]
-    Plan(PlanError),
-}
-
-impl From<PlanError> for Refusal {
-    fn from(error: PlanError) -> Self {
-        match error {
-            PlanError::Needs(error) => Self::Needs(error),
-            other => Self::Plan(other),
-        }
-    }
-}
-
-fn too_far_text(straight_km: f64, most_km: f64, by: &[LatLon]) -> String {
-    let places: Vec<String> =
-        by.iter().map(|place| format!("{:.4}, {:.4}", place.lat_deg(), place.lon_deg())).collect();
-    let such_as = if places.is_empty() { String::new() } else { format!(", such as {}", places.join("; ")) };
-    format!(
-        "start and goal are {straight_km:.0} km apart; routes are planned up to {most_km:.0} km: add places on the way{such_as}"
-    )
-}
-
-fn closed_text(
-    end: End,
-    (water, refused, zoned): (Water, Option<Restriction>, bool),
-    nearest_m: Option<f64>,
-    allowed_m: f64,
-) -> String {
-    let here = match water {
-        _ if zoned => "outside the allowed area or too near its border, or in a forbidden one".to_owned(),
-        Water::Depth { .. } if refused.is_some() => {
-            format!("in {}", refused.map_or("a closed area", Restriction::words))
-        }
-        Water::Land => "on land".to_owned(),
-        Water::Obstacle => "at an obstacle".to_owned(),
-        Water::UnknownDepth => "at a danger of unknown depth".to_owned(),
-        Water::NoData => "where nothing is charted".to_owned(),
-        Water::TooLow { .. } => "under something that is too low".to_owned(),
-        Water::Depth { least_m, .. } => {
-            format!("where the charted depth is {least_m:.1} m, or too near a danger")
-        }
-    };
-    match nearest_m {
-        Some(nearest_m) => format!(
-            "{end} lies {here}; the nearest open water is {nearest_m:.0} m away, farther than the {allowed_m:.0} m by which it \
-             may be moved"
-        ),
-        None => format!("{end} lies {here}, and there is no open water within 50 km"),
     }
 }
 
@@ -461,6 +320,7 @@ impl Question<'_> {
             length_m,
             moved_start,
             moved_goal,
+            moved_via: Vec::new(),
             effort,
             of_part: false,
             alternatives: Vec::new(),
@@ -487,11 +347,7 @@ impl Question<'_> {
     }
 
     /// Why no way begins or ends at an end, if so.
-    pub(crate) fn closed(&self, end: End) -> Option<Refusal> {
-        let place = match end {
-            End::Start => self.request.from,
-            End::Goal => self.request.to,
-        };
+    pub(crate) fn closed(&self, (end, place): (End, LatLon)) -> Option<Refusal> {
         self.stand(end, place).err()
     }
 
@@ -549,7 +405,7 @@ impl Question<'_> {
         let near = room.mesh.nearest_of(piece, goal);
         let (at, gap_m) =
             near.map_or((start.at, start.at.distance_m(goal)), |near| (near.at, near.distance_m));
-        Refusal::NoWay { nearest: room.plane().place(at), gap_m }
+        Refusal::NoWay { nearest: room.plane().place(at), gap_m, looked_km: None }
     }
 
     /// Whether a leg from open water keeps the clearance; asked often, so of the room. The chart confirms what is chosen.

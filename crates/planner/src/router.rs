@@ -2,13 +2,14 @@
 
 use crate::Cancel;
 use crate::known::Known;
-use crate::long::{Limits, Long};
+use crate::long::{Limits, Long, WishIn};
 use crate::needs::{Needs, NeedsError};
 use crate::objective::{Aim, Objective};
 use crate::passable::{Passable, Search};
+use crate::refusal::Refusal;
 use crate::room::{PlanError, SeaRoom};
 use crate::rooms::{Rooms, Square, Water};
-use crate::route::{Question, Refusal, Request, Route};
+use crate::route::{Question, Request, Route};
 use crate::sailing::Wish;
 use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, Leg};
@@ -110,11 +111,17 @@ impl Router {
         Self { most_barriers, ..self }
     }
 
-    /// With so many tiles looked at for a long way at most; where they do not hold it, the answer is that it is not known. With 0
-    /// long ways are refused at once.
+    /// With so many tiles looked at for a long way at most; where they do not hold it, the search gives up
+    /// ([`Refusal::GaveUp`]). With 0 long ways are refused at once.
     #[must_use]
     pub fn looking_at(self, most_tiles: usize) -> Self {
         Self { most_tiles, ..self }
+    }
+
+    /// Without long ways, which are refused at once; it shares the water that is kept with this one.
+    #[must_use]
+    pub fn without_long(&self) -> Self {
+        Self { most_tiles: 0, ..self.shared() }
     }
 
     /// For ways that keep to zones; it shares the water that is kept with this one.
@@ -125,9 +132,9 @@ impl Router {
 
     /// For the best routes by an objective; it shares the water that is kept with this one.
     ///
-    /// They are looked for in the region that is prepared for the shortest route, and never cost more than that one; where
-    /// they are another one, [`Route::shortest`] has the shortest to compare with. How near they come to the best way is
-    /// said at `weighing`. Where no region holds the way, only the shortest is planned: [`Refusal::ShortestOnly`].
+    /// They are looked for in the region, or the corridor, that is prepared for the shortest route, and never cost more than
+    /// that one; where they are another one, [`Route::shortest`] has the shortest to compare with. How near they come to the
+    /// best way is said at `weighing`.
     ///
     /// # Errors
     /// The first value of the objective that is out of range.
@@ -184,11 +191,12 @@ impl Router {
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
         // Nothing is prepared for a way that is too long in any case: the farther the ends, the more memory that takes.
         request.not_longer(straight_m)?;
+        let long = |apart_m: f64| self.long(request, (needs, before), apart_m, cancel);
         match self.division {
             Division::Whole => {
                 return self.ask(&Water::Whole, request, (needs, before), cancel).map(|(route, _)| route);
             }
-            Division::Tiles => return self.long(request, needs, TILES_APART * self.tile_m, cancel),
+            Division::Tiles => return long(TILES_APART * self.tile_m),
             Division::Regions => {}
         }
         let too_far = |most_m: f64| {
@@ -204,8 +212,12 @@ impl Router {
                 let apart_m = self.apart_m(&square, needs);
                 return match (turn, self.most_tiles) {
                     (0, 0) => too_far(apart_m),
-                    (0, _) => self.long(request, needs, apart_m, cancel),
-                    _ => of_part(answer, looked_m),
+                    (0, _) => long(apart_m),
+                    (_, most_tiles) => match of_part(answer, looked_m) {
+                        // Regions hold no way, but tiles around them may.
+                        Err(Refusal::Unknown { .. }) if most_tiles > 0 => long(apart_m),
+                        answer => answer,
+                    },
                 };
             }
             looked_m = square.half_m - 0.5 * straight_m;
@@ -249,6 +261,7 @@ impl Router {
             let at_pace = Self { pace_mps: Some(pace_mps), ..self.shared() };
             return at_pace.route_by(places, request, needs, cancel);
         }
+        let stretches = onward.len();
         let mut whole: Option<Route> = None;
         for (stretch, to) in onward.into_iter().enumerate() {
             let from = whole.as_ref().map_or(from, Route::goal);
@@ -256,7 +269,10 @@ impl Router {
             let alternatives = if places.len() > 2 { 0 } else { request.alternatives };
             let request = Request { from, to, alternatives, ..*request };
             let next = self.stretch(&request, (needs, whole.as_ref()), cancel);
-            let next = next.map_err(|refusal| (stretch, refusal))?;
+            let mut next = next.map_err(|refusal| (stretch, refusal.of_stretch(stretch, stretches)))?;
+            if stretch + 1 < stretches {
+                next = next.to_via(stretch + 1);
+            }
             whole = Some(match whole {
                 Some(before) => before.then(next),
                 None => next,
@@ -339,17 +355,16 @@ impl Router {
     fn long(
         &self,
         request: &Request,
-        needs: &Needs,
+        (needs, before): (&Needs, Option<&Route>),
         apart_m: f64,
         cancel: &Cancel<'_>,
     ) -> Result<Route, Refusal> {
-        if self.objective.is_some() {
-            let straight_m = Leg { from: request.from, to: request.to }.length_m();
-            return Err(Refusal::ShortestOnly { straight_km: straight_m / 1e3, most_km: apart_m / 1e3 });
-        }
         let Self { tile_m, most_barriers, most_tiles, .. } = *self;
         let limits = Limits { tile_m, most_barriers, most_tiles, apart_m };
-        Long::new((&self.rooms, &self.known), limits, request, needs, cancel).route()
+        let wish = |water: &Water| self.wish(water, (needs, before), cancel);
+        let preferred = self.objective.iter().flat_map(|objective| objective.preferred(needs)).flatten();
+        let wish = (&wish as WishIn<'_>, 1 + preferred.count());
+        Long::new((&self.rooms, &self.known), limits, request, needs, wish, cancel).route()
     }
 
     fn is_enclosed(
@@ -363,7 +378,7 @@ impl Router {
         Ok(Question { room: &room, index: &self.rooms.index, request, wish: None, cancel }.is_enclosed())
     }
 
-    /// How many rooms are kept, and about how much memory they take with the doors of tiles (bytes).
+    /// How many rooms are kept, and about how much memory they take with the portals of tiles (bytes).
     pub fn kept(&self) -> (usize, usize) {
         let (rooms, bytes) = self.rooms.held();
         (rooms, bytes + self.known.bytes())
@@ -417,7 +432,7 @@ impl Router {
 fn of_part(answer: Result<Route, Refusal>, looked_m: f64) -> Result<Route, Refusal> {
     match answer {
         Ok(route) => Ok(Route { of_part: true, ..route }),
-        Err(Refusal::NoWay { nearest, gap_m }) => {
+        Err(Refusal::NoWay { nearest, gap_m, .. }) => {
             Err(Refusal::Unknown { looked_km: looked_m / 1e3, nearest, gap_m })
         }
         Err(other) => Err(other),

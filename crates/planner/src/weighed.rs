@@ -2,7 +2,8 @@
 
 use crate::objective::{Aim, Toll};
 use crate::plane::Point;
-use crate::route::{Question, Refusal, Route, Stand};
+use crate::refusal::Refusal;
+use crate::route::{Question, Route, Stand};
 use crate::sailing::{Sailing, Wish};
 use crate::search::Effort;
 use crate::weighing;

@@ -2,6 +2,7 @@
 
 import { refusalText } from "../state/refusal";
 import { t, withWords } from "../words/words";
+import { anyOf } from "./signal";
 import { inTurn, question, type Rank } from "./traffic";
 import type { Ordered, Refusal as RefusalAnswer, RefusalReason } from "./types.gen";
 
@@ -63,9 +64,9 @@ function get<T>(rank: Rank, path: string, read: (response: Response) => Promise<
   );
 }
 
-/** Tells the server to do something, with the token that shows that one of its own pages asks. */
-export async function postJson<T>(path: string, patienceMs: number, body?: unknown): Promise<T> {
-  return tell<T>("POST", path, patienceMs, body);
+/** Tells the server to do something, with the token that shows that one of its own pages asks; `left` ends it early. */
+export async function postJson<T>(path: string, patienceMs: number, body?: unknown, left?: AbortSignal): Promise<T> {
+  return tell<T>("POST", path, patienceMs, body, left);
 }
 
 /** Gives the server the whole of something again. */
@@ -98,8 +99,9 @@ export async function postStop(vessel: number, window: string, key: string, sign
   return sent<Ordered>("POST", `/api/v1/vessels/${vessel}/abort?${query}`, signal, undefined, "at hand");
 }
 
-async function tell<T>(method: string, path: string, patienceMs: number, body?: unknown): Promise<T> {
-  const signal = AbortSignal.timeout(patienceMs);
+async function tell<T>(method: string, path: string, patienceMs: number, body?: unknown, left?: AbortSignal): Promise<T> {
+  const patience = AbortSignal.timeout(patienceMs);
+  const signal = left ? anyOf(patience, left) : patience;
   return inTurn("act", signal, () => sent<T>(method, path, signal, body));
 }
 

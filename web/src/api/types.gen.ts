@@ -3812,7 +3812,7 @@ least_depth_m: number | null,
  */
 least_clearance_m: number | null, 
 /**
- * Ends too near land, shallow water or a danger, which were moved to the nearest open water.
+ * Ends and places to pass too near land, shallow water or a danger, which were moved to the nearest open water.
  */
 moved: Array<SeaRouteMoved>, 
 /**
@@ -4024,9 +4024,13 @@ turn_text: string | null, };
 
 export type SeaRouteMoved = { 
 /**
- * `start` or `goal`.
+ * `start`, `via` for a place to pass, or `goal`.
  */
 end: string, 
+/**
+ * Number of the place to pass, from 1; null at an end.
+ */
+via: number | null, 
 /**
  * How far (m).
  */
@@ -4049,6 +4053,16 @@ depth_m: number | null,
  * How far the end may be moved (m).
  */
 may_move_m: number, };
+
+export type SeaRouteGaveUp = { 
+/**
+ * So many tiles of the chart were searched.
+ */
+tiles: number, 
+/**
+ * Whether its time was used up; else it may search no more of the chart.
+ */
+out_of_time: boolean, };
 
 export type SeaRoutePassable = { 
 /**
@@ -4082,8 +4096,8 @@ by_zones_alone: boolean, };
 
 export type SeaRouteRefusal = { 
 /**
- * For programs: `closed_start`, `closed_goal`, `no_way`, `not_found` (not all water was looked at), `too_far`,
- * `shortest_only` (another objective than the shortest, in water too detailed for that), `not_confirmed` or `failed`.
+ * For programs: `closed_start`, `closed_via` (at a place to pass), `closed_goal`, `no_way`, `not_found` (not all water was
+ * looked at), `gave_up` (the search for a long way was stopped), `too_far`, `not_confirmed` or `failed`.
  */
 code: string, 
 /**
@@ -4114,6 +4128,14 @@ apart_m: [number, number] | null,
  * How far from the start it was looked, where not all water was looked at (m); null for another reason.
  */
 looked_m: number | null, 
+/**
+ * What a search that was stopped had come to; null for another reason.
+ */
+gave_up: SeaRouteGaveUp | null, 
+/**
+ * Number of the place to pass that is closed, from 1; null for another reason.
+ */
+via: number | null, 
 /**
  * Where start and goal are too far apart: places on a way between them, if one is known. Routes by way of them have shorter stretches.
  */

@@ -94,7 +94,7 @@ function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean, moved: 
         fits = false;
       }
     },
-    draw: (corners) => ring.update([], [], { areas: [], others: [], drawing: corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners, gap: undefined }),
+    draw: (corners) => ring.update([], [], { areas: [], slow: [], others: [], drawing: corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners, gap: undefined }),
     picture: () => pictureOf(map.ol),
     drawing: async () => shown.drawing(await pictureOf(map.ol, SQUARES_LAYER)),
     dispose: () => { shown.dispose(); map.dispose(); },

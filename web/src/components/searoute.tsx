@@ -2,7 +2,7 @@
 
 import type { Signal } from "@preact/signals";
 import type { PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteObjective, SeaRoutePassable } from "../api/types.gen";
-import { hasRoom } from "../state/avoided";
+import { hasRoom, type SlowArea } from "../state/avoided";
 import { energyOf, remarks, routeName, routesOf, routeText, savedText } from "../state/searoute";
 import { timeWrong } from "../state/takeout";
 import { t } from "../words/words";
@@ -18,6 +18,8 @@ export interface SeaRouteModel {
   readonly objective: Signal<SeaRouteObjective>;
   /** Water deeper than this is preferred, m; 0 for no preference. */
   readonly deeper: Signal<number>;
+  /** Water farther than this from land and shoals is preferred, m; 0 for no preference. */
+  readonly off: Signal<number>;
   /** Where the current flows to (°) and how fast (m/s); 0 for still water. */
   readonly set: Signal<number>;
   readonly drift: Signal<number>;
@@ -31,8 +33,13 @@ export interface SeaRouteModel {
   readonly way: Signal<number>;
   readonly trouble: Signal<string>;
   readonly busy: Signal<boolean>;
+  /** The answer takes longer than usual. */
+  readonly long: Signal<boolean>;
   /** Areas to avoid. */
   readonly avoid: Signal<readonly (readonly PlanPlace[])[]>;
+  /** Areas with a speed limit, and which limit was typed wrong, if one was. */
+  readonly slow: Signal<readonly SlowArea[]>;
+  readonly limitWrong: Signal<{ readonly at: number; readonly text: string } | undefined>;
   /** Corners of the area that is being drawn; undefined while none is. */
   readonly drawing: Signal<readonly PlanPlace[] | undefined>;
   /** What it goes around, in words; empty for a route by itself. */
@@ -53,13 +60,17 @@ export interface SeaRouteActions {
   /** A place to pass in the middle of the map, and away with one, by its number among all chosen places. */
   moreVia(): void;
   lessVia(index: number): void;
-  /** Begins to draw an area to avoid; a corner in the middle of the map; the last corner away; takes it; leaves it. */
+  /** Begins to draw an area; a corner in the middle of the map; the last corner away; takes it to avoid it, or with a speed limit; leaves it. */
   draw(): void;
   corner(): void;
   lessCorner(): void;
   drawn(): void;
+  slowed(): void;
   leave(): void;
   lessArea(index: number): void;
+  lessSlow(index: number): void;
+  /** Another speed limit for an area, as it was typed, m/s. */
+  limit(index: number, text: string): void;
   use(passable: Partial<Pick<SeaRoutePassable, "depth_m" | "clearance_m">>): void;
   swap(): void;
   close(): void;
@@ -78,8 +89,9 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       <Wanted label={t("Keep clear by")} id="sea-route-clearance" unit="m" value={model.clearance} most={300} limit={500} step={1} then={act.ask} />
       <Aims model={model} act={act} />
       <Wanted label={t("Prefer deeper than (0: no preference)")} id="sea-route-deeper" unit="m" value={model.deeper} most={100} limit={12_000} step={1} then={act.ask} />
+      <Wanted label={t("Prefer farther off than (0: no preference)")} id="sea-route-off" unit="m" value={model.off} most={300} limit={500} step={5} then={act.ask} />
       <Currents model={model} act={act} />
-      <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : model.busy.value ? t("Planning …") : ""}</p>
+      <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : planning(model)}</p>
       <Ways answer={answer.value} model={model} act={act} />
       {answer.value && savedText(answer.value) && <p class="note num">{savedText(answer.value)}</p>}
       {answer.value && remarks({ route, refusal: answer.value.refusal }).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
@@ -97,6 +109,11 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       <Areas model={model} act={act} />
     </section>
   );
+}
+
+function planning({ busy, long }: SeaRouteModel): string {
+  if (!busy.value) return "";
+  return long.value ? t("Planning a long route: the first time can take a minute …") : t("Planning …");
 }
 
 /** Does something after which its button may be gone, and gives the focus to the first button of a group, or to the depth. */
@@ -188,24 +205,41 @@ function Vias({ chosen, act }: { readonly chosen: number; readonly act: SeaRoute
   );
 }
 
-/** Areas to avoid: drawn by clicks, or by corners in the middle of the map. */
+/** Areas to avoid or with a speed limit: drawn by clicks, or by corners in the middle of the map. */
 function Areas({ model, act }: { readonly model: SeaRouteModel; readonly act: SeaRouteActions }) {
   const corners = model.drawing.value;
+  const all = [...model.avoid.value, ...model.slow.value.map((area) => area.corners)];
   if (corners) {
     return (
       <div class="row" role="group" id="sea-route-areas" aria-label={t("The area that you draw")}>
-        <p class="note" role="status">{t("Click the corners of the area to avoid: {n} so far.", { n: corners.length })}</p>
+        <p class="note" role="status">{t("Click the corners of the area: {n} so far.", { n: corners.length })}</p>
         <button type="button" class="main" disabled={corners.length < 3} onClick={then(act.drawn, "sea-route-areas")}>{t("Avoid this area")}</button>
-        <button type="button" disabled={!hasRoom(model.avoid.value, corners)} onClick={act.corner}>{t("Corner in the middle of the map")}</button>
+        <button type="button" disabled={corners.length < 3} onClick={then(act.slowed, "sea-route-areas")}>{t("Limit the speed in this area")}</button>
+        <button type="button" disabled={!hasRoom(all, corners)} onClick={act.corner}>{t("Corner in the middle of the map")}</button>
         <button type="button" disabled={!corners.length} onClick={corners.length > 1 ? act.lessCorner : then(act.lessCorner, "sea-route-areas")}>{t("Remove the last corner")}</button>
         <button type="button" onClick={then(act.leave, "sea-route-areas")}>{t("Cancel")}</button>
       </div>
     );
   }
   return (
-    <div class="row" role="group" id="sea-route-areas" aria-label={t("Areas to avoid")}>
-      <button type="button" disabled={!hasRoom(model.avoid.value, [])} onClick={then(act.draw, "sea-route-areas")}>{t("Draw an area to avoid")}</button>
+    <div class="row" role="group" id="sea-route-areas" aria-label={t("Areas for the route")}>
+      <button type="button" disabled={!hasRoom(all, [])} onClick={then(act.draw, "sea-route-areas")}>{t("Draw an area")}</button>
       {model.avoid.value.map((_, at) => <button key={at} type="button" onClick={then(() => act.lessArea(at), "sea-route-areas")}>{t("Remove area {number}", { number: at + 1 })}</button>)}
+      {model.slow.value.map((area, at) => <Limit key={at} area={area} at={at} model={model} act={act} />)}
+    </div>
+  );
+}
+
+/** The speed limit of an area. */
+function Limit({ area, at, model, act }: { readonly area: SlowArea; readonly at: number; readonly model: SeaRouteModel; readonly act: SeaRouteActions }) {
+  const id = `sea-route-limit-${at}`;
+  const wrong = model.limitWrong.value?.at === at ? model.limitWrong.value.text : "";
+  return (
+    <div class="field">
+      <label for={id}>{t("Speed limit of area {number} (m/s)", { number: at + 1 })}</label>
+      <input id={id} class="num" type="number" min="0.05" max="20" step="any" value={area.most_mps} aria-invalid={wrong !== ""} aria-describedby={`${id}-wrong`} onChange={(event) => act.limit(at, event.currentTarget.value)} />
+      <button type="button" onClick={then(() => act.lessSlow(at), "sea-route-areas")}>{t("Remove speed limit {number}", { number: at + 1 })}</button>
+      <p id={`${id}-wrong`} class="note bad">{wrong}</p>
     </div>
   );
 }

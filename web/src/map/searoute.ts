@@ -30,8 +30,9 @@ export interface SeaRouteHandlers {
 
 /** What is shown beside the route. */
 export interface SeaRouteBeside {
-  /** Areas to avoid, and one that is being drawn. */
+  /** Areas to avoid, areas with a speed limit and what stands in them, and one that is being drawn. */
   readonly areas: readonly (readonly PlanPlace[])[];
+  readonly slow: readonly { readonly corners: readonly PlanPlace[]; readonly label: string }[];
   readonly drawing: readonly PlanPlace[] | undefined;
   /** Other routes that may be chosen, by number. */
   readonly others: readonly { readonly number: number; readonly places: readonly PlanPlace[] }[];
@@ -104,10 +105,11 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
   return { update, clear: () => update([], []) };
 }
 
-function besideOf({ areas, drawing, others, gap }: SeaRouteBeside): Feature[] {
+function besideOf({ areas, slow, drawing, others, gap }: SeaRouteBeside): Feature[] {
   const ring = (corners: readonly PlanPlace[]): number[][] => [...corners, ...corners.slice(0, 1)].map(xy);
   return [
     ...areas.map((corners, at) => new Feature({ geometry: new Polygon([ring(corners)]), beside: "area", number: String(at + 1) })),
+    ...slow.map(({ corners, label }) => new Feature({ geometry: new Polygon([ring(corners)]), beside: "slow", number: label })),
     ...others.map(({ number, places }) => new Feature({ geometry: new LineString(places.map(xy)), beside: "other", number: String(number) })),
     ...(drawing?.length ? [new Feature({ geometry: new LineString(drawing.map(xy)), beside: "drawing" }), ...drawing.map((place) => new Feature({ geometry: new Point(xy(place)), beside: "corner" }))] : []),
     ...(gap ? [new Feature({ geometry: new Point(xy(gap)), beside: "gap" })] : []),
@@ -117,12 +119,15 @@ function besideOf({ areas, drawing, others, gap }: SeaRouteBeside): Feature[] {
 function besideStyles(feature: Feature, ink: string, halo: string, danger: string): Style[] {
   switch (feature.get("beside") as string) {
     case "area":
+    case "slow": {
+      const colour = feature.get("beside") === "area" ? danger : ink;
       return [new Style({
-        fill: new Fill({ color: `${danger}33` }),
-        stroke: new Stroke({ color: danger, width: 2.5, lineDash: [8, 5] }),
+        fill: new Fill({ color: `${colour}${colour === danger ? "33" : "1a"}` }),
+        stroke: new Stroke({ color: colour, width: 2.5, lineDash: [8, 5] }),
         text: new Text({ text: feature.get("number") as string, overflow: true, font: `700 15px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) }),
         zIndex: -1,
       })];
+    }
     case "other":
       return [
         new Style({ stroke: new Stroke({ color: halo, width: 6 }), zIndex: -3 }),

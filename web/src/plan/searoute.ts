@@ -12,14 +12,17 @@ import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
 import { type Around, keptSpeedText, placesOfRoute, routesOf, speedFor, stretchAt, withRoute, withWayAround } from "../state/searoute";
 import { type CurrentsOfFile, currentsOfCsv, MOST_BYTES } from "../state/currents";
 import { isTime, pickedUs } from "../state/takeout";
-import { type Area, crosses, hasRoom, keepAreas, keptAreas, zonesOf } from "../state/avoided";
+import { type Area, crosses, hasRoom, keepAreas, keepSlow, keptAreas, keptSlow, limitWrong, type SlowArea, zonesOf } from "../state/avoided";
 import { same } from "../state/plan";
 import { t } from "../words/words";
 import type { PlanEditing } from "./editing";
 
-const PATIENCE_MS = 20_000;
-/** Looking for what would do may prepare several pieces of water. */
-const EXPLAIN_MS = 60_000;
+/** The server gives a long route up after 90 s. */
+const PATIENCE_MS = 100_000;
+/** What takes longer than this is a long route, whose water is searched for the first time. */
+const LONG_MS = 3_000;
+/** Of an area with a speed limit that was just drawn, m/s. */
+const LIMIT_MPS = 1;
 const MOST_PLACES = 50;
 /** Other routes to choose from. */
 const ALTERNATIVES = 2;
@@ -42,7 +45,7 @@ export class SeaRouteTool {
   private chosen: PlanPlace[] = [];
   private around: Around | undefined;
   private readonly onMap: SeaRouteOnMap;
-  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), set: signal(0), drift: signal(0), grid: signal(undefined), gridName: signal(""), depart: signal(""), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), off: signal(0), set: signal(0), drift: signal(0), grid: signal(undefined), gridName: signal(""), depart: signal(""), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), long: signal(false), avoid: signal([]), slow: signal([]), limitWrong: signal(undefined), drawing: signal(undefined), around: signal("") };
   /** A place is under the hand. */
   private dragging = false;
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
@@ -50,6 +53,8 @@ export class SeaRouteTool {
   private again = false;
   /** Counts what was changed: an answer to what was asked before is not shown. */
   private version = 0;
+  /** Ends the question that is on its way. */
+  private leaving = new AbortController();
   /** The departure of the last valid text, µs since 1970; null for now. */
   private departUs: number | null = null;
 
@@ -80,7 +85,10 @@ export class SeaRouteTool {
       draw: () => this.sketch([]),
       corner: () => this.corner(this.needs.centre()),
       lessCorner: () => this.sketch(this.model.drawing.value?.slice(0, -1)),
-      drawn: () => this.drawn(),
+      drawn: () => this.drawn((corners) => this.areas([...this.model.avoid.value, corners])),
+      slowed: () => this.drawn((corners) => this.slowAreas([...this.model.slow.value, { corners, most_mps: LIMIT_MPS }])),
+      limit: (index: number, text: string) => this.limit(index, text),
+      lessSlow: (index: number) => this.slowAreas(this.model.slow.value.filter((_, at) => at !== index)),
       leave: () => this.sketch(undefined),
       lessArea: (index: number) => this.areas(this.model.avoid.value.filter((_, at) => at !== index)),
       use: ({ depth_m, clearance_m }: { depth_m?: number | null; clearance_m?: number | null }) => {
@@ -92,6 +100,7 @@ export class SeaRouteTool {
       close: () => this.close(),
     };
     this.model.avoid.value = keptAreas(localStorage, needs.plan);
+    this.model.slow.value = keptSlow(localStorage, needs.plan);
     createMount(needs.root)(h(SeaRoutePanel, { model: this.model, act }));
   }
 
@@ -133,6 +142,7 @@ export class SeaRouteTool {
 
   close(): void {
     this.version++;
+    this.leaving.abort();
     this.model.open.value = false;
     [this.chosen, this.around] = [[], undefined];
     [this.model.answer.value, this.model.drawing.value] = [undefined, undefined];
@@ -164,7 +174,8 @@ export class SeaRouteTool {
     if (this.around && end) return;
     this.chosen = this.chosen.map((one, at) => (at === index ? place : one));
     this.draw();
-    void this.ask();
+    if (done) this.anew();
+    else void this.ask();
   }
 
   private pull(leg: number, place: PlanPlace): number {
@@ -189,28 +200,50 @@ export class SeaRouteTool {
 
   private corner(place: PlanPlace): void {
     const corners = this.model.drawing.value;
-    if (corners && hasRoom(this.model.avoid.value, corners)) this.sketch([...corners, place]);
+    if (corners && hasRoom(this.allAreas(), corners)) this.sketch([...corners, place]);
   }
 
-  private drawn(): void {
-    const { avoid, drawing } = this.model;
+  private allAreas(): Area[] {
+    return [...this.model.avoid.value, ...this.model.slow.value.map(({ corners }) => corners)];
+  }
+
+  /** Gives the area that was drawn, unless its sides cross. */
+  private drawn(take: (corners: Area) => void): void {
+    const { drawing } = this.model;
     if (!drawing.value || drawing.value.length < 3) return;
     if (crosses(drawing.value)) {
       this.model.trouble.value = t("Two sides of the area cross: remove corners and draw it without.");
       return;
     }
-    const areas = [...avoid.value, drawing.value];
+    const corners = drawing.value;
     this.model.trouble.value = "";
     drawing.value = undefined;
-    this.areas(areas);
+    take(corners);
   }
 
   private areas(areas: readonly Area[]): void {
     this.model.avoid.value = areas;
     keepAreas(localStorage, this.needs.plan, areas);
+    this.otherAreas();
+  }
+
+  private slowAreas(areas: readonly SlowArea[]): void {
+    this.model.slow.value = areas;
+    this.model.limitWrong.value = undefined;
+    keepSlow(localStorage, this.needs.plan, areas);
+    this.otherAreas();
+  }
+
+  private otherAreas(): void {
     this.model.answer.value = undefined;
     this.draw();
     this.anew();
+  }
+
+  private limit(index: number, text: string): void {
+    const wrong = limitWrong(text);
+    if (wrong) this.model.limitWrong.value = { at: index, text: wrong };
+    else this.slowAreas(this.model.slow.value.map((area, at) => (at === index ? { ...area, most_mps: Number(text) } : area)));
   }
 
   private async currents(file: File | undefined): Promise<void> {
@@ -235,10 +268,10 @@ export class SeaRouteTool {
       turn_radius_m: null,
       objective: this.model.objective.value,
       prefer_depth_m: this.model.deeper.value > this.model.depth.value ? this.model.deeper.value : null,
-      prefer_off_m: null,
+      prefer_off_m: this.model.off.value > this.model.clearance.value ? this.model.off.value : null,
       prefer_factor: null,
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
-      zones: zonesOf(this.model.avoid.value),
+      zones: zonesOf(this.model.avoid.value, this.model.slow.value),
       current: !grid && drift.value > 0 ? { set_deg: set.value, drift_mps: drift.value } : null,
       current_grid: grid ?? null,
       depart_us: grid ? this.departUs : null,
@@ -251,6 +284,7 @@ export class SeaRouteTool {
   /** Asks what was never asked: an answer that is still on its way is of something else. */
   private anew(): void {
     this.version++;
+    this.leaving.abort();
     void this.ask();
   }
 
@@ -261,7 +295,7 @@ export class SeaRouteTool {
     }
     if (!this.open || this.chosen.length < 2) return;
     this.asking = true;
-    await this.send(false, PATIENCE_MS);
+    await this.send(false);
     this.asking = false;
     if (!this.again) return;
     this.again = false;
@@ -269,32 +303,36 @@ export class SeaRouteTool {
   }
 
   private async explain(): Promise<void> {
-    await this.send(true, EXPLAIN_MS);
+    await this.send(true);
   }
 
-  private async send(explain: boolean, patienceMs: number): Promise<void> {
+  private async send(explain: boolean): Promise<void> {
     const { model, version } = this;
+    const leaving = (this.leaving = new AbortController());
+    const long = setTimeout(() => (model.long.value = true), LONG_MS);
     const question = this.question(explain);
     // While a place is dragged the answer to where it was just now is shown; what would do is looked for once.
     const isOfNow = (): boolean => this.open && version === this.version && (!explain || same(question, this.question(true)));
     model.busy.value = true;
     try {
-      const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", patienceMs, question);
+      const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", PATIENCE_MS, question, leaving.signal);
       if (isOfNow()) [model.way.value, model.answer.value, model.trouble.value] = [0, answer, ""];
     } catch (error) {
       if (isOfNow()) [model.answer.value, model.trouble.value] = [undefined, reason(error)];
     }
-    model.busy.value = false;
+    clearTimeout(long);
+    [model.busy.value, model.long.value] = [false, false];
     this.draw();
   }
 
   private draw(): void {
-    const { answer, avoid, drawing, way } = this.model;
+    const { answer, avoid, drawing, slow, way } = this.model;
     const route = this.chosenRoute();
     const others = routesOf(answer.value).map((other, index) => ({ number: index + 1, places: placesOfRoute(other) }));
     const gap = answer.value?.refusal?.passable?.gap_at;
     this.onMap.update(this.chosen, route ? placesOfRoute(route) : [], {
       areas: avoid.value,
+      slow: slow.value.map(({ corners, most_mps }) => ({ corners, label: `${most_mps} m/s` })),
       drawing: drawing.value,
       others: others.filter((_, index) => index !== way.value),
       gap: gap ? { lat_deg: gap[0], lon_deg: gap[1] } : undefined,

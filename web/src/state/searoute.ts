@@ -1,7 +1,7 @@
 // A route on the sea chart between places that a person chose: what is asked, in what words it is answered, and how it
 // becomes part of a plan. No page in it.
 
-import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal } from "../api/types.gen";
+import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteGaveUp, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal } from "../api/types.gen";
 import { t } from "../words/words";
 import { depthText } from "./chart";
 import { KINDS } from "./plan";
@@ -103,12 +103,14 @@ export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refu
   if (refusal) return refusalTexts(refusal);
   if (!route) return [];
   const { guard } = route;
+  const slow = route.legs.some(({ limit_mps }) => typeof limit_mps === "number") ? [t("The route enters areas with a speed limit. Time and energy are reckoned with it; the plan has one speed for the whole path: split it, or set a speed within the limit.")] : [];
   const part = route.part_only ? [t("The charts hold so much here that only part of the water was looked at. A shorter route may lead elsewhere: add places to pass to lead it there.")] : [];
-  return [...route.moved.map(movedText), ...part, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+  return [...route.moved.map(movedText), ...part, ...slow, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
 }
 
-function movedText({ end, distance_m }: SeaRouteMoved): string {
+function movedText({ end, via, distance_m }: SeaRouteMoved): string {
   const distance = Math.round(distance_m);
+  if (end === "via") return t("Place {number} on the way lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance} m.", { number: via ?? 0, distance });
   return end === "start"
     ? t("The start lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance} m.", { distance })
     : t("The goal lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance} m.", { distance });
@@ -116,19 +118,44 @@ function movedText({ end, distance_m }: SeaRouteMoved): string {
 
 /** Why there is no route, and what would give one. What has no code is said as the server said it. */
 function refusalTexts(refusal: SeaRouteRefusal): string[] {
-  const { code, text, gap_m, closed, apart_m, looked_m, by, passable } = refusal;
+  const { code, text, gap_m, closed, apart_m, looked_m, gave_up, via, by, passable } = refusal;
+  const looked = Math.round((looked_m ?? 0) / 1000);
+  if (closed && code === "closed_via") return [closedViaText(via ?? 0, closed, gap_m)];
   if (closed) return [closedText(code === "closed_start", closed, gap_m)];
-  if (looked_m !== null) return [t("No route was found in the water that was looked at, up to {looked} km from the start. The nearest place there that can be reached is {distance} m from the goal. Add places on the way.", { looked: Math.round(looked_m / 1000), distance: Math.round(gap_m ?? 0) })];
+  if (gave_up) return [gaveUpText(gave_up, looked)];
+  if (code === "not_found") return [t("No route was found in the water that was looked at, up to {looked} km from the start. The nearest place there that can be reached is {distance} m from the goal. Add places on the way.", { looked, distance: Math.round(gap_m ?? 0) })];
   if (apart_m && by.length > 0) return [t("Start and goal are {distance} km apart; routes are planned up to {most} km here. Add places on the way, such as {places}.", { distance: Math.round(apart_m[0] / 1000), most: Math.round(apart_m[1] / 1000), places: by.map(([lat, lon]) => `${lat.toFixed(4)}, ${lon.toFixed(4)}`).join("; ") })];
   if (apart_m) return [t("Start and goal are {distance} km apart; routes are planned up to {most} km: add places on the way.", { distance: Math.round(apart_m[0] / 1000), most: Math.round(apart_m[1] / 1000) })];
   if (code !== "no_way") return [text];
-  const none = t("No route is deep enough and keeps this clearance. The nearest place that can be reached is {distance} m from the goal.", { distance: Math.round(gap_m ?? 0) });
+  const distance = Math.round(gap_m ?? 0);
+  const none = looked_m === null
+    ? t("No route is deep enough and keeps this clearance. The nearest place that can be reached is {distance} m from the goal.", { distance })
+    : t("No route is deep enough and keeps this clearance. The nearest place that can be reached is {distance} m from the goal (searched {looked} km around the start).", { distance, looked });
   return passable ? [none, ...passableTexts(passable)] : [none];
 }
 
-function closedText(start: boolean, { code, depth_m, may_move_m }: SeaRouteClosed, gap_m: number | null): string {
+function gaveUpText({ tiles, out_of_time }: SeaRouteGaveUp, looked: number): string {
+  return out_of_time
+    ? t("The search was stopped: its time is used up. It searched {tiles} tiles of the chart, up to {looked} km from the start, and found no route yet. Add places on the way, ask for a shorter route, or ask again: what was searched is kept for a while.", { tiles, looked })
+    : t("The search was stopped: it may search no more of the chart. It searched {tiles} tiles, up to {looked} km from the start, and found no route yet. Add places on the way, or ask for a shorter route.", { tiles, looked });
+}
+
+function closedWhy({ code, depth_m }: SeaRouteClosed): string {
+  return code === "too-shallow" && depth_m !== null ? t("charted depth {depth}, or too near a danger", { depth: depthText(depth_m) }) : spotName(code);
+}
+
+function closedViaText(number: number, closed: SeaRouteClosed, gap_m: number | null): string {
+  if (closed.code === "zone") return t("No route can pass place {number}: it lies in an area to avoid, or too near its edge.", { number });
+  const why = closedWhy(closed);
+  return gap_m === null
+    ? t("No route can pass place {number} ({why}), and there is no open water within 50 km.", { number, why })
+    : t("No route can pass place {number} ({why}). The nearest open water is {distance} m away; the place is moved by {most} m at most.", { number, why, distance: Math.round(gap_m), most: Math.round(closed.may_move_m) });
+}
+
+function closedText(start: boolean, closed: SeaRouteClosed, gap_m: number | null): string {
+  const { code, may_move_m } = closed;
   if (code === "zone") return start ? t("No route can begin there: it lies in an area to avoid, or too near its edge.") : t("No route can end there: it lies in an area to avoid, or too near its edge.");
-  const why = code === "too-shallow" && depth_m !== null ? t("charted depth {depth}, or too near a danger", { depth: depthText(depth_m) }) : spotName(code);
+  const why = closedWhy(closed);
   if (gap_m === null) return start ? t("No route can begin there ({why}), and there is no open water within 50 km.", { why }) : t("No route can end there ({why}), and there is no open water within 50 km.", { why });
   const values = { why, distance: Math.round(gap_m), most: Math.round(may_move_m) };
   return start

@@ -10,7 +10,10 @@ use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
-use planner::{Cancel, LegCost, Needs, Objective, Passable, Refusal, Request, Route, RouteLeg, Router};
+use planner::{
+    Cancel, End, LegCost, Moved, Needs, Objective, Passable, Progress, Refusal, Request, Route, RouteLeg,
+    Router,
+};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use shore::plans::{self, Format};
@@ -18,9 +21,11 @@ use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use units::LatLon;
 
+/// The search for a long way is reported each time so many tiles were searched.
+const TILES_BETWEEN_REPORTS: usize = 20;
 /// Longer lines of a file of pairs are refused (bytes).
 const LONGEST_LINE: usize = 64 * 1024;
 
@@ -89,6 +94,9 @@ pub(super) struct RouteArguments {
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
     errors: bool,
+    /// Stop the search for a long route after so many seconds.
+    #[arg(long, value_name = "S", default_value_t = 300)]
+    give_up_after: u64,
     /// Speed through the water for time and energy (m/s); for the least energy the greatest one.
     #[arg(long, value_name = "MPS", default_value_t = 1.5)]
     speed: f64,
@@ -173,6 +181,10 @@ impl Terms<'_> {
         Needs { demand, clearance_m: clearance_m.unwrap_or_else(|| limits.half_width_m()) }
     }
 
+    fn cancel<'a>(&self, spent: &'a dyn Fn() -> Duration) -> Cancel<'a> {
+        Cancel::never().within(Duration::from_secs(self.arguments.give_up_after), spent)
+    }
+
     fn request(&self, from: LatLon, to: LatLon) -> Request {
         let RouteArguments { move_up_to, least_leg, turn_radius, alternatives, .. } = self.arguments;
         Request {
@@ -192,7 +204,9 @@ impl Terms<'_> {
         let places: Vec<LatLon> =
             [from].into_iter().chain(arguments.via.iter().copied()).chain([to]).collect();
         let began = Instant::now();
-        match self.router.route_by(&places, &request, &needs, &Cancel::never()) {
+        let spent = || began.elapsed();
+        let cancel = self.cancel(&spent).reporting(&report);
+        match self.router.route_by(&places, &request, &needs, &cancel) {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
@@ -305,7 +319,8 @@ impl Terms<'_> {
         // Where the search for a pair before this one was long, as preparing is: the pairs after it gain.
         self.router.learn(&Cancel::never()).map_err(|error| error.to_string())?;
         let began = Instant::now();
-        let answer = self.router.route(&request, &needs, &Cancel::never());
+        let spent = || began.elapsed();
+        let answer = self.router.route(&request, &needs, &self.cancel(&spent));
         let time_us = began.elapsed().as_micros();
         Ok(match answer {
             Ok(route) => self.described(&pair.id, &route, time_us),
@@ -332,7 +347,10 @@ impl Terms<'_> {
                        "turn_warning": turn_warning(leg)})
             })
             .collect();
-        let moved = |moved: Option<planner::Moved>| moved.map(|moved| moved.distance_m);
+        let moved = |moved: Option<Moved>| moved.map(|moved| moved.distance_m);
+        let via = route.moved_via.iter();
+        let via: Vec<Value> =
+            via.map(|(number, moved)| json!({"via": number, "moved_m": moved.distance_m})).collect();
         let (duration_s, energy_wh) = sum(&costs);
         let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
         let shortest = route.shortest.as_ref().map(|shortest| self.described(id, shortest, time_us));
@@ -341,7 +359,7 @@ impl Terms<'_> {
                "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
                "current_unknown_m": unknown_m, "current_too_strong": costs.iter().any(|cost| cost.too_strong), "shortest": shortest,
                "part_only": route.of_part,
-               "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
+               "moved_via": via, "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
     fn print_shortest(&self, route: &Route, needs: &Needs) {
@@ -369,14 +387,11 @@ impl Terms<'_> {
     }
 
     fn print(&self, route: &Route, needs: &Needs) {
-        for (moved, end) in [(route.moved_start, "start"), (route.moved_goal, "goal")] {
-            if let Some(moved) = moved {
-                let (lat, lon) = (moved.to.lat_deg(), moved.to.lon_deg());
-                complain!(
-                    "the {end} lies too near land, shallow water or a danger; moved by {:.0} m to {lat:.6},{lon:.6}",
-                    moved.distance_m
-                );
-            }
+        for (end, Moved { to, distance_m, .. }) in moved(route) {
+            let (lat, lon) = (to.lat_deg(), to.lon_deg());
+            complain!(
+                "{end} lies too near land, shallow water or a danger; moved by {distance_m:.0} m to {lat:.6},{lon:.6}"
+            );
         }
         if route.of_part {
             complain!(
@@ -430,6 +445,21 @@ fn sum(costs: &[LegCost]) -> (Option<f64>, Option<f64>) {
     (costs.iter().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
 }
 
+/// The ends and places to pass that were moved, in order.
+fn moved(route: &Route) -> impl Iterator<Item = (End, Moved)> + '_ {
+    let via = route.moved_via.iter().map(|(number, moved)| (End::Via(*number), *moved));
+    let start = route.moved_start.map(|moved| (End::Start, moved));
+    let goal = route.moved_goal.map(|moved| (End::Goal, moved));
+    start.into_iter().chain(via).chain(goal)
+}
+
+/// Says on standard error how far the search for a long way has come, every so many tiles.
+fn report(Progress { tiles, most_tiles }: Progress) {
+    if tiles.is_multiple_of(TILES_BETWEEN_REPORTS) {
+        complain!("searched {tiles} tiles of the chart, of {most_tiles} at most");
+    }
+}
+
 /// Why the turn at the end of a leg cannot be sailed as asked.
 fn turn_warning(leg: &RouteLeg) -> Option<String> {
     leg.turn?.trouble.map(|trouble| trouble.to_string())
@@ -479,11 +509,16 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
     let mut value = json!({"id": id, "ok": false, "reason": refusal.to_string()});
     match refusal {
         Refusal::Closed { end, nearest_m, .. } => {
-            value["code"] = json!(if *end == planner::End::Start { "closed_start" } else { "closed_goal" });
+            value["code"] = json!(match end {
+                End::Start => "closed_start",
+                End::Via(_) => "closed_via",
+                End::Goal => "closed_goal",
+            });
             value["nearest_open_m"] = json!(nearest_m);
         }
-        Refusal::NoWay { nearest, gap_m } => {
+        Refusal::NoWay { nearest, gap_m, looked_km } => {
             value["code"] = json!("no_way");
+            value["looked_m"] = json!(looked_km.map(|km| km * 1e3));
             value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
             value["gap_m"] = json!(gap_m);
         }
@@ -493,13 +528,17 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
             value["gap_m"] = json!(gap_m);
             value["looked_m"] = json!(looked_km * 1e3);
         }
+        Refusal::GaveUp { tiles, looked_km, .. } => {
+            value["code"] = json!("gave_up");
+            value["tiles"] = json!(tiles);
+            value["looked_m"] = json!(looked_km * 1e3);
+        }
         Refusal::TooFar { by, .. } => {
             value["code"] = json!("too_far");
             let place = |place: &LatLon| json!([place.lat_deg(), place.lon_deg()]);
             value["by"] = by.iter().map(place).collect();
         }
         Refusal::TooLong { .. } => value["code"] = json!("too_far"),
-        Refusal::ShortestOnly { .. } => value["code"] = json!("shortest_only"),
         Refusal::NotConfirmed { .. } => value["code"] = json!("not_confirmed"),
         Refusal::Needs(_) => value["code"] = json!("malformed"),
         Refusal::Plan(_) => value["code"] = json!("failed"),

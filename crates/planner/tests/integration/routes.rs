@@ -1,7 +1,6 @@
 //! Routes against the guard, against the true shortest way found without any mesh, and against each other.
 
-#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
-
+use crate::waters::{HALF_M, at, exact, is_safe, middle, place, point, router, sea, shoals};
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Cell, NamedBytes};
 use guard::{Area, GuardLimits, check_way};
@@ -13,71 +12,8 @@ use std::sync::Arc;
 use testkit::sea::{Ground, Sea, open_water};
 use units::{LatLon, LocalFrame, LocalPoint};
 
-const HALF_M: f64 = 2_000.0;
-
-fn middle() -> LatLon {
-    LatLon::from_deg(63.44, 10.35).unwrap()
-}
-
-fn at(north_m: f64, east_m: f64) -> LocalPoint {
-    LocalPoint { north_m, east_m }
-}
-
-fn place(point: LocalPoint) -> LatLon {
-    LocalFrame::new(middle()).to_place(point)
-}
-
-/// As the mathematician wants it: no corners joined, no ends moved.
-fn exact(from: LocalPoint, to: LocalPoint) -> Request {
-    Request { move_up_to_m: 0.0, least_leg_m: 0.0, ..Request::new(place(from), place(to)) }
-}
-
 fn ask(router: &Router, from: LocalPoint, to: LocalPoint, needs: &Needs) -> Result<Route, Refusal> {
     router.route(&exact(from, to), needs, &Cancel::never())
-}
-
-fn router(sea: &Sea) -> Router {
-    Router::new(Arc::new(sea.index()))
-}
-
-fn is_safe(route: &Route, index: &DepthIndex, needs: &Needs) -> bool {
-    let mut places = route.places();
-    let mut from = places.next().unwrap();
-    places.all(|to| {
-        let leg = Leg { from: std::mem::replace(&mut from, to), to };
-        index.shallowest_along(leg, needs.clearance_m, &needs.demand).navigable
-    })
-}
-
-#[derive(Debug, Clone)]
-struct Shoal {
-    at: LocalPoint,
-    radius_m: f64,
-    corners: u32,
-    depth_m: f64,
-}
-
-fn shoals(most: usize) -> impl Strategy<Value = Vec<Shoal>> {
-    let shoal = (-1700.0..1700.0f64, -1700.0..1700.0f64, 10.0..400.0f64, 3..9u32, -1.0..7.0f64).prop_map(
-        |(north_m, east_m, radius_m, corners, depth_m)| Shoal {
-            at: at(north_m, east_m),
-            radius_m,
-            corners,
-            depth_m,
-        },
-    );
-    prop::collection::vec(shoal, 0..most)
-}
-
-fn sea(shoals: &[Shoal]) -> Sea {
-    shoals.iter().fold(Sea::new(middle(), HALF_M, 30.0), |sea, shoal| {
-        let ground = if shoal.depth_m < 0.0 { Ground::Land } else { Ground::Depth(shoal.depth_m) };
-        sea.with(ground, shoal.at, shoal.radius_m, shoal.corners)
-    })
-}
-
-fn point() -> impl Strategy<Value = LocalPoint> {
-    (-1900.0..1900.0f64, -1900.0..1900.0f64).prop_map(|(north_m, east_m)| at(north_m, east_m))
 }
 
 /// The length of the shortest way by a graph of all that see each other, of points on circles around all corners: as slow
@@ -148,7 +84,7 @@ proptest! {
 
     #[test]
     fn every_leg_is_safe_and_the_way_back_is_as_long(
-        shoals in shoals(24), from in point(), to in point(), clearance_m in 0.0..150.0f64, depth_m in 1.0..8.0f64,
+        shoals in shoals(24, 1_700.0, 10.0..400.0, -1.0..7.0), from in point(1_900.0), to in point(1_900.0), clearance_m in 0.0..150.0f64, depth_m in 1.0..8.0f64,
     ) {
         let (sea, needs) = (sea(&shoals), Needs::depth_and_clearance(depth_m, clearance_m));
         let router = router(&sea);
@@ -175,7 +111,7 @@ proptest! {
 
     #[test]
     fn more_demands_make_no_way_shorter(
-        shoals in shoals(16), from in point(), to in point(), clearance_m in 5.0..80.0f64, depth_m in 1.0..5.0f64,
+        shoals in shoals(16, 1_700.0, 10.0..400.0, -1.0..7.0), from in point(1_900.0), to in point(1_900.0), clearance_m in 5.0..80.0f64, depth_m in 1.0..5.0f64,
         deeper_m in 0.0..4.0f64, farther_m in 5.0..60.0f64,
     ) {
         let router = router(&sea(&shoals));
@@ -210,7 +146,7 @@ proptest! {
 
     #[test]
     fn turns_keep_clear_or_say_so(
-        shoals in shoals(16), from in point(), to in point(), clearance_m in 5.0..80.0f64, radius_m in 2.0..120.0f64,
+        shoals in shoals(16, 1_700.0, 10.0..400.0, -1.0..7.0), from in point(1_900.0), to in point(1_900.0), clearance_m in 5.0..80.0f64, radius_m in 2.0..120.0f64,
     ) {
         let needs = Needs::depth_and_clearance(5.0, clearance_m);
         let router = router(&sea(&shoals));
@@ -230,7 +166,7 @@ proptest! {
 
     #[test]
     fn what_is_said_to_pass_passes(
-        shoals in shoals(24), from in point(), to in point(), clearance_m in 50.0..400.0f64, depth_m in 2.0..8.0f64,
+        shoals in shoals(24, 1_700.0, 10.0..400.0, -1.0..7.0), from in point(1_900.0), to in point(1_900.0), clearance_m in 50.0..400.0f64, depth_m in 2.0..8.0f64,
     ) {
         let needs = Needs::depth_and_clearance(depth_m, clearance_m);
         let router = router(&sea(&shoals));
@@ -294,7 +230,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn no_way_is_shorter(shoals in shoals(9), from in point(), to in point(), clearance_m in 5.0..100.0f64) {
+    fn no_way_is_shorter(shoals in shoals(9, 1_700.0, 10.0..400.0, -1.0..7.0), from in point(1_900.0), to in point(1_900.0), clearance_m in 5.0..100.0f64) {
         let (sea, needs) = (sea(&shoals), Needs::depth_and_clearance(5.0, clearance_m));
         let Ok(route) = ask(&router(&sea), from, to, &needs) else { return Ok(()) };
         let reference_m = reference_m(&sea, from, to, &needs);
@@ -423,6 +359,40 @@ fn ends_in_closed_water_are_moved_or_refused_with_the_way_out() {
     let off_chart = Request::new(place(at(0.0, 1500.0)), LatLon::from_deg(50.0, 0.0).unwrap());
     let refusal = router.route(&off_chart, &needs, &Cancel::never()).unwrap_err();
     assert!(refusal.to_string().contains("the goal lies where nothing is charted"), "{refusal}");
+}
+
+#[test]
+fn places_to_pass_are_moved_or_refused_by_their_number() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(500.0, 0.0), 200.0, 16).with(
+        Ground::Land,
+        at(-600.0, 0.0),
+        200.0,
+        16,
+    );
+    let (router, needs) = (router(&sea), Needs::depth_and_clearance(5.0, 25.0));
+    let [start, first, second, goal] =
+        [(0.0, -1_500.0), (500.0, 100.0), (-600.0, 50.0), (0.0, 1_500.0)].map(|(n, e)| at(n, e));
+    let by = |via: &[LocalPoint], move_up_to_m: f64| {
+        let places: Vec<LatLon> = [&[start], via, &[goal]].concat().into_iter().map(place).collect();
+        let request = Request { move_up_to_m, ..exact(start, goal) };
+        router.route_by(&places, &request, &needs, &Cancel::never())
+    };
+    let route = by(&[first, at(0.0, 0.0), second], 500.0).unwrap();
+    assert!(is_safe(&route, router.index(), &needs));
+    let moved: Vec<usize> = route.moved_via.iter().map(|(number, _)| *number).collect();
+    assert_eq!(moved, [1, 3]);
+    assert!(route.moved_via.iter().all(|(_, moved)| (50.0..250.0).contains(&moved.distance_m)));
+    assert!(route.moved_via.iter().all(|(_, moved)| route.places().any(|corner| corner == moved.to)));
+    assert_eq!((route.moved_start, route.moved_goal), (None, None));
+    for (via, number, part) in [
+        (vec![first, second], 1, "place 1 on the way lies on land"),
+        (vec![at(0.0, 0.0), second], 2, "place 2 on the way lies on land"),
+        (vec![at(9_000.0, 0.0)], 1, "place 1 on the way lies where nothing is charted"),
+    ] {
+        let (_, refusal) = by(&via, 10.0).unwrap_err();
+        assert!(matches!(refusal, Refusal::Closed { end: End::Via(n), .. } if n == number), "{refusal:?}");
+        assert!(refusal.to_string().starts_with(part), "{refusal}");
+    }
 }
 
 #[test]
@@ -659,7 +629,7 @@ fn a_preparation_that_is_called_off_takes_no_place_of_water_that_is_kept() {
 /// A star around a place: corners in order of their direction, so that it does not cross itself.
 fn drawn() -> impl Strategy<Value = Vec<LatLon>> {
     let corners = prop::collection::vec(60.0..900.0f64, 3..9);
-    (point(), corners).prop_map(|(middle, radii_m)| {
+    (point(1_900.0), corners).prop_map(|(middle, radii_m)| {
         let step_rad = std::f64::consts::TAU / radii_m.len() as f64;
         let corner = |(n, radius_m): (u32, &f64)| place(middle.displaced(step_rad * f64::from(n), *radius_m));
         (0..).zip(&radii_m).map(corner).collect()
@@ -686,7 +656,7 @@ proptest! {
 
     #[test]
     fn no_way_leads_into_a_forbidden_zone_or_out_of_the_allowed_one_and_zones_shorten_none(
-        shoals in shoals(12), from in point(), to in point(), clearance_m in 0.0..60.0f64, margin_m in 0.0..40.0f64,
+        shoals in shoals(12, 1_700.0, 10.0..400.0, -1.0..7.0), from in point(1_900.0), to in point(1_900.0), clearance_m in 0.0..60.0f64, margin_m in 0.0..40.0f64,
         forbidden in prop::collection::vec(drawn(), 0..4), allowed in prop::option::of(drawn()),
     ) {
         let zone = |corners: &Vec<LatLon>| Zone::new(corners.clone()).unwrap();
@@ -788,7 +758,7 @@ fn the_other_side_of_an_island_in_a_fjord_is_an_alternative() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
-    fn alternatives_are_safe_differ_and_come_by_length(shoals in shoals(9), from in point(), to in point()) {
+    fn alternatives_are_safe_differ_and_come_by_length(shoals in shoals(9, 1_700.0, 10.0..400.0, -1.0..7.0), from in point(1_900.0), to in point(1_900.0)) {
         let (sea, needs) = (sea(&shoals), Needs::depth_and_clearance(5.0, 20.0));
         let router = router(&sea);
         let request = Request { alternatives: 3, ..exact(from, to) };

@@ -1,8 +1,8 @@
 //! Where a long way can go from tile to tile.
 //!
-//! The water of a long way is too much to be prepared as a whole. Of each tile only its [`Doors`] are kept: the open
-//! stretches of its borders, and how long the ways between them are within the tile. That takes kilobytes, where the triangles
-//! of a tile take megabytes.
+//! The water of a long way is too much to be prepared as a whole. Of each tile only its [`Portals`] are kept (the word of
+//! navigation meshes for openings between parts): the open stretches of its borders, and how long the ways between them are
+//! within the tile. That takes kilobytes, where the triangles of a tile take megabytes.
 
 use crate::mesh::NONE;
 use crate::plane::Point;
@@ -11,12 +11,12 @@ use crate::tile::{BORDERS, Border, Tile};
 use crate::{Cancel, PlanError, search};
 use std::collections::BTreeMap;
 
-/// A door lies within one stretch of a border, between two of these shares of it. Stretches near corners are short: a way around
+/// A portal lies within one stretch of a border, between two of these shares of it. Stretches near corners are short: a way around
 /// a corner of a tile would otherwise be measured much too long.
 const STRETCHES: [f64; 12] = [0.0, 0.02, 0.08, 0.2, 0.32, 0.44, 0.56, 0.68, 0.8, 0.92, 0.98, 1.0];
-/// Narrower openings are no doors (m): tiles are cut out one by one, on a grid of centimetres.
+/// Narrower openings are no portals (m): tiles are cut out one by one, on a grid of centimetres.
 const NARROWEST_M: f64 = 0.1;
-/// Openings of a stretch are one door where the way between them is no longer than so many times straight and this share of a tile's
+/// Openings of a stretch are one portal where the way between them is no longer than so many times straight and this share of a tile's
 /// side.
 const JOINED: f64 = 1.1;
 const JOINED_SHARE: f64 = 0.002;
@@ -25,7 +25,7 @@ const SAME_M: f64 = 0.02;
 
 /// An opening in the border of a tile.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Door {
+pub(crate) struct Portal {
     border: Border,
     /// Which stretch of the border.
     stretch: usize,
@@ -38,10 +38,10 @@ pub(crate) struct Door {
     pub(crate) triangle: u32,
 }
 
-impl Door {
-    /// Takes another opening in; the place of the door is in its widest one.
+impl Portal {
+    /// Takes another opening in; the place of the portal is in its widest one.
     fn take(&mut self, other: Self) {
-        let widest_m = |door: &Self| door.open.iter().map(|[from, to]| to - from).fold(0.0, f64::max);
+        let widest_m = |portal: &Self| portal.open.iter().map(|[from, to]| to - from).fold(0.0, f64::max);
         if widest_m(&other) > widest_m(self) {
             (self.at, self.triangle) = (other.at, other.triangle);
         }
@@ -51,18 +51,18 @@ impl Door {
 
 /// What a coarse search knows of a tile.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Doors {
-    pub(crate) list: Vec<Door>,
+pub(crate) struct Portals {
+    pub(crate) list: Vec<Portal>,
     /// How long the way from each to each is within the tile (m); infinite without one.
     lengths_m: Vec<f32>,
     /// Straight parts of what ways keep clear of: the memory that the tile's water takes grows with their number.
     pub(crate) barriers: usize,
 }
 
-impl Doors {
+impl Portals {
     /// Of the water of a tile.
     pub(crate) fn of(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Self, PlanError> {
-        let list = doors(room, cancel)?;
+        let list = portals(room, cancel)?;
         let count = list.len();
         let mut lengths_m = vec![f32::INFINITY; count * count];
         for (one, from) in list.iter().enumerate() {
@@ -78,7 +78,7 @@ impl Doors {
         Ok(Self { list, lengths_m, barriers: room.barriers() })
     }
 
-    /// Without doors, and of a size.
+    /// Without portals, and of a size.
     #[cfg(test)]
     pub(crate) fn of_bytes(bytes: usize) -> Self {
         Self { lengths_m: vec![0.0; bytes / size_of::<f32>()], ..Self::default() }
@@ -86,35 +86,35 @@ impl Doors {
 
     /// How much memory they take (bytes).
     pub(crate) fn bytes(&self) -> usize {
-        let openings: usize = self.list.iter().map(|door| door.open.len()).sum();
-        self.list.len() * size_of::<Door>()
+        let openings: usize = self.list.iter().map(|portal| portal.open.len()).sum();
+        self.list.len() * size_of::<Portal>()
             + openings * size_of::<[f64; 2]>()
             + self.lengths_m.len() * size_of::<f32>()
     }
 
-    /// The doors that a way from one leads to within the tile, and how long it is (m).
-    pub(crate) fn onward(&self, door: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    /// The portals that a way from one leads to within the tile, and how long it is (m).
+    pub(crate) fn onward(&self, portal: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let count = self.list.len();
-        let row = self.lengths_m[door * count..(door + 1) * count].iter();
+        let row = self.lengths_m[portal * count..(portal + 1) * count].iter();
         row.enumerate()
             .map(|(other, length_m)| (other, f64::from(*length_m)))
             .filter(|(_, length_m)| length_m.is_finite())
     }
 
-    /// The tile beyond a door.
-    pub(crate) fn beyond(&self, tile: Tile, door: usize) -> Tile {
-        tile.beside(self.list[door].border)
+    /// The tile beyond a portal.
+    pub(crate) fn beyond(&self, tile: Tile, portal: usize) -> Tile {
+        tile.beside(self.list[portal].border)
     }
 
-    /// Which doors of the tile beyond a door of another it leads to, and how far off they are (m).
-    pub(crate) fn opposite<'a>(&'a self, door: &'a Door) -> impl Iterator<Item = (usize, f64)> + 'a {
+    /// Which portals of the tile beyond a portal of another it leads to, and how far off they are (m).
+    pub(crate) fn opposite<'a>(&'a self, portal: &'a Portal) -> impl Iterator<Item = (usize, f64)> + 'a {
         let meets = |one: &[f64; 2], other: &[f64; 2]| one[1].min(other[1]) - one[0].max(other[0]) > SAME_M;
-        let leads = move |other: &&Door| {
-            other.border == door.border.opposite()
-                && other.open.iter().any(|one| door.open.iter().any(|other| meets(one, other)))
+        let leads = move |other: &&Portal| {
+            other.border == portal.border.opposite()
+                && other.open.iter().any(|one| portal.open.iter().any(|other| meets(one, other)))
         };
         let numbered = self.list.iter().enumerate().filter(move |(_, other)| leads(other));
-        numbered.map(|(number, other)| (number, other.at.distance_m(door.at)))
+        numbered.map(|(number, other)| (number, other.at.distance_m(portal.at)))
     }
 }
 
@@ -133,7 +133,7 @@ pub(crate) fn length_m(
 /// Sides of triangles of a piece of water on a border, along it (m), and the triangles.
 type Sides = BTreeMap<(Border, u32), Vec<([f64; 2], u32)>>;
 
-fn doors(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Vec<Door>, PlanError> {
+fn portals(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Vec<Portal>, PlanError> {
     let mut all = Sides::new();
     for (triangle, beyond) in (0_u32..).zip(&room.mesh.beyond) {
         let corners = room.mesh.triangle(triangle);
@@ -141,18 +141,18 @@ fn doors(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Vec<Door>, PlanError> {
             add_side(&mut all, room, triangle, [corners[side], corners[(side + 1) % 3]]);
         }
     }
-    let mut doors: Vec<Door> = Vec::new();
+    let mut portals: Vec<Portal> = Vec::new();
     for ((border, piece), mut sides) in all {
         cancel.check()?;
         sides.sort_by(|one, other| one.0[0].total_cmp(&other.0[0]));
-        let first = doors.len();
+        let first = portals.len();
         for open in openings(&sides).into_iter().flat_map(|open| stretches(room, border, open)) {
             let middle_m = f64::midpoint(open[0], open[1]);
             let holds =
                 |([from, to], _): &&([f64; 2], u32)| (from - SAME_M..=to + SAME_M).contains(&middle_m);
             let Some((_, triangle)) = sides.iter().find(holds).copied() else { continue };
             let at = room.mesh.within(triangle, border.point(&room.region, middle_m));
-            let door = Door {
+            let portal = Portal {
                 border,
                 stretch: stretch(room, border, middle_m),
                 piece,
@@ -160,15 +160,15 @@ fn doors(room: &SeaRoom, cancel: &Cancel<'_>) -> Result<Vec<Door>, PlanError> {
                 at,
                 triangle,
             };
-            match doors[first..].last_mut() {
-                Some(last) if last.stretch == door.stretch && is_beside(room, last, &door, cancel)? => {
-                    last.take(door);
+            match portals[first..].last_mut() {
+                Some(last) if last.stretch == portal.stretch && is_beside(room, last, &portal, cancel)? => {
+                    last.take(portal);
                 }
-                _ => doors.push(door),
+                _ => portals.push(portal),
             }
         }
     }
-    Ok(doors)
+    Ok(portals)
 }
 
 /// Adds a side of a triangle where it lies on the border of the room's region.
@@ -219,9 +219,9 @@ fn stretches(room: &SeaRoom, border: Border, [from, to]: [f64; 2]) -> Vec<[f64; 
     parts
 }
 
-/// Whether an opening is joined with a door before it by water near the border, so that one length does for both.
-fn is_beside(room: &SeaRoom, door: &Door, next: &Door, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
+/// Whether an opening is joined with a portal before it by water near the border, so that one length does for both.
+fn is_beside(room: &SeaRoom, portal: &Portal, next: &Portal, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
     let side_m = room.region.max.x - room.region.min.x;
-    let most_m = JOINED * door.at.distance_m(next.at) + JOINED_SHARE * side_m;
-    Ok(length_m(room, (door.at, door.triangle), (next.at, next.triangle), cancel)? <= most_m)
+    let most_m = JOINED * portal.at.distance_m(next.at) + JOINED_SHARE * side_m;
+    Ok(length_m(room, (portal.at, portal.triangle), (next.at, next.triangle), cancel)? <= most_m)
 }

@@ -1,41 +1,18 @@
 //! Long ways, found tile by tile, beside those that are found in all water at once. Tiles are small here, so that one region holds
 //! all water.
 
-#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
-
+use crate::waters::{HALF_M, at, exact_places as exact, is_safe, middle, place, point, sea, shoals};
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Area, GeoPoint, Path};
-use planner::{Cancel, End, Needs, PlanError, Refusal, Request, Route, Router, Zone, Zones};
+use planner::{
+    Aim, Cancel, End, Needs, Objective, PlanError, Power, Progress, Refusal, Request, Route, Router,
+    SpeedLimit, Spent, Zone, Zones,
+};
 use proptest::prelude::*;
 use std::sync::Arc;
+use std::time::Duration;
 use testkit::sea::{Ground, Sea, open_water};
 use units::{LatLon, LocalFrame, LocalPoint};
-
-const HALF_M: f64 = 2_000.0;
-
-fn middle() -> LatLon {
-    LatLon::from_deg(63.44, 10.35).unwrap()
-}
-
-fn at(north_m: f64, east_m: f64) -> LocalPoint {
-    LocalPoint { north_m, east_m }
-}
-
-fn place(point: LocalPoint) -> LatLon {
-    LocalFrame::new(middle()).to_place(point)
-}
-
-fn exact(from: LatLon, to: LatLon) -> Request {
-    Request { move_up_to_m: 0.0, least_leg_m: 0.0, ..Request::new(from, to) }
-}
-
-fn is_safe(route: &Route, index: &DepthIndex, needs: &Needs) -> bool {
-    let places: Vec<LatLon> = route.places().collect();
-    places.windows(2).all(|leg| {
-        let leg = Leg { from: leg[0], to: leg[1] };
-        index.shallowest_along(leg, needs.clearance_m, &needs.demand).navigable
-    })
-}
 
 /// All water at once, and tile by tile.
 fn both(index: &Arc<DepthIndex>, tile_m: f64) -> [Router; 2] {
@@ -80,31 +57,14 @@ fn agree([whole, tiled]: &[Router; 2], request: &Request, needs: &Needs) -> Resu
     }
 }
 
-fn seas() -> impl Strategy<Value = Sea> {
-    let patch = (-1_900.0..1_900.0f64, -1_900.0..1_900.0f64, 20.0..600.0f64, 3..9u32, prop::bool::ANY);
-    prop::collection::vec(patch, 0..40).prop_map(|patches| {
-        patches.into_iter().fold(
-            Sea::new(middle(), HALF_M, 30.0),
-            |sea, (north_m, east_m, radius_m, corners, land)| {
-                let ground = if land { Ground::Land } else { Ground::Depth(3.0) };
-                sea.with(ground, at(north_m, east_m), radius_m, corners)
-            },
-        )
-    })
-}
-
-fn point() -> impl Strategy<Value = LocalPoint> {
-    (-1_900.0..1_900.0f64, -1_900.0..1_900.0f64).prop_map(|(north_m, east_m)| at(north_m, east_m))
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(testkit::so_many(8, 2_000)))]
 
     #[test]
     fn ways_of_tiles_are_those_of_all_water_at_once(
-        sea in seas(), from in point(), to in point(), clearance_m in 0.0..120.0f64, tile_m in 400.0..1_800.0f64,
+        shoals in shoals(40, 1_900.0, 20.0..600.0, -4.0..4.0), from in point(1_900.0), to in point(1_900.0), clearance_m in 0.0..120.0f64, tile_m in 400.0..1_800.0f64,
     ) {
-        let routers = both(&Arc::new(sea.index()), tile_m);
+        let routers = both(&Arc::new(sea(&shoals).index()), tile_m);
         let needs = Needs::depth_and_clearance(5.0, clearance_m);
         for (from, to) in [(from, to), (to, from)] {
             if let Err(text) = agree(&routers, &exact(place(from), place(to)), &needs) {
@@ -251,8 +211,10 @@ fn that_there_is_no_way_is_said_only_where_all_water_was_looked_at() {
     let Err(Refusal::NoWay { gap_m, .. }) = answer else { panic!("{answer:?}") };
     assert!((1_500.0..1_900.0).contains(&gap_m), "{gap_m}");
     let answer = all.looking_at(27).route(&request, &needs, &Cancel::never());
-    let Err(refusal @ Refusal::Unknown { looked_km, gap_m, .. }) = answer else { panic!("{answer:?}") };
-    assert!((0.0..4.0).contains(&looked_km) && gap_m >= 1_500.0, "{looked_km} {gap_m}");
+    let Err(refusal @ Refusal::GaveUp { tiles, looked_km, spent: Spent::Tiles }) = answer else {
+        panic!("{answer:?}")
+    };
+    assert!((27..60).contains(&tiles) && (0.5..4.0).contains(&looked_km), "{tiles} {looked_km}");
     assert!(refusal.to_string().contains("add places on the way"), "{refusal}");
     // The pond of the goal is small: it is enclosed however little is looked at elsewhere.
     let ring = (0..16).map(|n| (f64::from(n) / 16.0 * std::f64::consts::TAU).sin_cos());
@@ -264,7 +226,11 @@ fn that_there_is_no_way_is_said_only_where_all_water_was_looked_at() {
         let answer = router.route(&exact(place(from), place(to)), &needs, &Cancel::never());
         let is_no_way = matches!(answer, Err(Refusal::NoWay { gap_m, .. }) if gap_m > 60.0);
         let from_pond = from.north_m > 0.0;
-        assert!(is_no_way || from_pond && matches!(answer, Err(Refusal::Unknown { .. })), "{answer:?}");
+        assert!(is_no_way || from_pond && matches!(answer, Err(Refusal::GaveUp { .. })), "{answer:?}");
+        let Err(refusal @ Refusal::NoWay { looked_km, .. }) = answer else { continue };
+        // The pond itself is looked at as a whole; of the sea around it a part.
+        assert_eq!(looked_km.is_none(), from_pond, "{refusal}");
+        assert_eq!(refusal.to_string().contains("km around the start"), !from_pond, "{refusal}");
     }
 }
 
@@ -326,6 +292,7 @@ fn what_was_prepared_for_a_long_way_is_used_again_and_a_cancelled_one_leaves_not
         };
         let answer = router.route(&request, &other, &Cancel::unless(&wanted));
         assert_eq!(answer, Err(Refusal::Plan(PlanError::Cancelled)), "{most}");
+        assert_eq!(looks.get(), most + 1, "it ends at the first look that says so");
     }
     assert!(router.route(&request, &other, &Cancel::never()).is_ok(), "nothing half-made stays");
 }
@@ -352,4 +319,90 @@ fn zones_close_tiles_and_ends_ashore_are_moved_or_refused() {
         matches!(refusal, Err(Refusal::Closed { end: End::Goal, nearest_m: Some(near_m), .. }) if (200.0..330.0).contains(&near_m)),
         "{refusal:?}"
     );
+}
+
+#[test]
+fn a_search_that_takes_too_long_gives_up_and_goes_on_when_it_is_asked_again() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(0.0, 0.0), 500.0, 12);
+    let index = Arc::new(sea.index());
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let request = exact(place(at(-1_500.0, 0.0)), place(at(1_500.0, 0.0)));
+    // A clock that goes on by 1 ms each time it is read; the answer, the time and the tiles that were reported.
+    let ask = |router: &Router, most_ms: u64| {
+        let (clock, reported) = (std::cell::Cell::new(0), std::cell::Cell::new(0));
+        let spent = || {
+            clock.set(clock.get() + 1);
+            Duration::from_millis(clock.get())
+        };
+        let report = |progress: Progress| {
+            assert!(progress.tiles > reported.get() && progress.tiles <= progress.most_tiles);
+            reported.set(progress.tiles);
+        };
+        let cancel = Cancel::never().within(Duration::from_millis(most_ms), &spent).reporting(&report);
+        (router.route(&request, &needs, &cancel), clock.get(), reported.get())
+    };
+    let (answer, all_ms, _) = ask(&Router::by_tiles(Arc::clone(&index), 500.0), u64::MAX);
+    let shortest = answer.unwrap();
+    let router = Router::by_tiles(index, 500.0);
+    let (answer, spent_ms, reported) = ask(&router, all_ms / 3);
+    let Err(refusal @ Refusal::GaveUp { tiles, spent: Spent::Time, .. }) = answer else {
+        panic!("{answer:?}")
+    };
+    assert_eq!(spent_ms, all_ms / 3 + 1, "it ends at once");
+    assert!(reported > 1 && (reported..=reported + 1).contains(&tiles), "{reported} {tiles}");
+    assert!(refusal.to_string().contains("its time is used up"), "{refusal}");
+    let (answer, again_ms, _) = ask(&router, u64::MAX);
+    assert_eq!(answer.unwrap().legs, shortest.legs);
+    assert!(
+        again_ms < all_ms - all_ms / 6,
+        "what was searched is not searched again: {again_ms} of {all_ms} ms"
+    );
+}
+
+#[test]
+fn ends_near_each_other_are_joined_by_a_long_way_where_no_region_holds_one() {
+    // A wall through the smallest region and beyond; the next region holds too much chart.
+    let wall = (-13..=13).fold(Sea::new(middle(), 60_000.0, 30.0), |sea, n| {
+        sea.with(Ground::Land, at(0.0, 2_000.0 * f64::from(n)), 1_500.0, 8)
+    });
+    let router = Router::by_regions(Arc::new(wall.index())).preparing(10);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let ends = [place(at(-3_000.0, 0.0)), place(at(3_000.0, 0.0))];
+    assert!(!router.is_long(&ends, &needs));
+    let request = exact(ends[0], ends[1]);
+    let short = router.without_long().route(&request, &needs, &Cancel::never());
+    assert!(matches!(short, Err(Refusal::Unknown { .. })), "{short:?}");
+    let route = router.route(&request, &needs, &Cancel::never()).unwrap();
+    assert!(is_safe(&route, router.index(), &needs));
+    assert!((54_000.0..58_000.0).contains(&route.length_m), "{}", route.length_m);
+}
+
+#[test]
+fn the_fastest_long_way_goes_round_a_slow_area_as_it_does_in_all_water_at_once() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(-900.0, 0.0), 300.0, 12);
+    let corners = [(-400.0, -500.0), (-400.0, 500.0), (400.0, 500.0), (400.0, -500.0)];
+    let corners = corners.map(|(north_m, east_m)| place(at(north_m, east_m))).to_vec();
+    let limits = vec![SpeedLimit { zone: Zone::new(corners).unwrap(), most_mps: 0.5 }];
+    let still = Objective::shortest(1.5, Power::new(|_| Some(100.0)));
+    let fastest = Objective { aim: Aim::Time, limits, ..still };
+    let request = exact(place(at(0.0, -1_800.0)), place(at(0.0, 1_800.0)));
+    let needs = Needs::depth_and_clearance(5.0, 20.0);
+    let durations_s = both(&Arc::new(sea.index()), 700.0).map(|router| {
+        let ask = |objective: &Objective| {
+            let router = router.by_objective(objective.clone()).unwrap();
+            router.route(&request, &needs, &Cancel::never()).unwrap()
+        };
+        let route = ask(&fastest);
+        assert!(is_safe(&route, router.index(), &needs) && route.shortest.is_some());
+        let duration_s =
+            |route: &Route| -> f64 { route.reckon(&fastest).iter().map(|leg| leg.duration_s.unwrap()).sum() };
+        // The shortest way through the area is slowed down too.
+        let shortest = ask(&Objective { aim: Aim::Length, ..fastest.clone() });
+        assert!(duration_s(&shortest) > 3_600.0 / 1.5 + 1_000.0 / 0.5 - 1_000.0 / 1.5 - 5.0);
+        assert!(duration_s(&route) < 0.75 * duration_s(&shortest));
+        duration_s(&route)
+    });
+    // The corridor has less room for the detour.
+    let longer = durations_s[1] / durations_s[0];
+    assert!((0.99..1.05).contains(&longer), "{durations_s:?}");
 }

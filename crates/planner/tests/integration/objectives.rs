@@ -1,7 +1,6 @@
 //! Routes by time, energy and preferred water, against the best ways found without the planner.
 
-#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
-
+use crate::waters::{HALF_M, at, is_safe, local, open_sea, place, point, router, sea, shoals};
 use charts::depth_index::{DepthIndex, Leg};
 use planner::{
     Aim, Cancel, CurrentGrid, Currents, Flow, LegCost, Needs, Objective, PlanError, Power, Preferences,
@@ -10,28 +9,10 @@ use planner::{
 use proptest::prelude::*;
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::Arc;
 use testkit::sea::{Ground, Sea};
-use units::{LatLon, LocalFrame, LocalPoint};
+use units::LocalPoint;
 
-const HALF_M: f64 = 2_000.0;
 const MPS: f64 = 1.5;
-
-fn middle() -> LatLon {
-    LatLon::from_deg(63.44, 10.35).unwrap()
-}
-
-fn at(north_m: f64, east_m: f64) -> LocalPoint {
-    LocalPoint { north_m, east_m }
-}
-
-fn place(point: LocalPoint) -> LatLon {
-    LocalFrame::new(middle()).to_place(point)
-}
-
-fn local(place: LatLon) -> LocalPoint {
-    LocalFrame::new(middle()).to_local(place)
-}
 
 fn needs() -> Needs {
     Needs::depth_and_clearance(5.0, 10.0)
@@ -44,14 +25,6 @@ fn power_w(mps: f64) -> f64 {
 
 fn still(aim: Aim) -> Objective {
     Objective { aim, ..Objective::shortest(MPS, Power::new(|mps| Some(power_w(mps)))) }
-}
-
-fn open_sea() -> Sea {
-    Sea::new(middle(), HALF_M, 30.0)
-}
-
-fn router(sea: &Sea) -> Router {
-    Router::new(Arc::new(sea.index()))
 }
 
 fn ask(router: &Router, objective: &Objective, from: LocalPoint, to: LocalPoint) -> Route {
@@ -70,14 +43,6 @@ fn duration_s(objective: &Objective, route: &Route) -> f64 {
 
 fn energy_j(objective: &Objective, route: &Route) -> f64 {
     costs(objective, route).iter().map(|leg| leg.energy_j.unwrap()).sum()
-}
-
-fn is_safe(route: &Route, index: &DepthIndex) -> bool {
-    let Needs { demand, clearance_m } = needs();
-    route
-        .legs
-        .iter()
-        .all(|leg| index.shallowest_along(Leg { from: leg.from, to: leg.to }, clearance_m, &demand).navigable)
 }
 
 /// A grid of currents over the sea, of so many points each way, by metres north and east and by time.
@@ -264,7 +229,7 @@ fn an_island_is_passed_at_the_preferred_distance() {
     let shortest = route.shortest.as_deref().unwrap();
     assert!(shortest.least_clearance_m().unwrap() < 15.0 && route.length_m > shortest.length_m);
     assert!(route.least_clearance_m().unwrap() > 145.0, "{:?}", route.least_clearance_m());
-    assert!(is_safe(&route, router.index()));
+    assert!(is_safe(&route, router.index(), &needs()));
 }
 
 #[test]
@@ -469,31 +434,12 @@ fn an_objective_out_of_range_is_refused_by_name() {
     }
 }
 
-fn shoals() -> impl Strategy<Value = Vec<(LocalPoint, f64, u32, f64)>> {
-    let shoal = (-1_500.0..1_500.0f64, -1_500.0..1_500.0f64, 50.0..400.0f64, 3..9u32, -1.0..14.0f64)
-        .prop_map(|(north_m, east_m, radius_m, corners, depth_m)| {
-            (at(north_m, east_m), radius_m, corners, depth_m)
-        });
-    prop::collection::vec(shoal, 0..10)
-}
-
-fn sea(shoals: &[(LocalPoint, f64, u32, f64)]) -> Sea {
-    shoals.iter().fold(open_sea(), |sea, (at, radius_m, corners, depth_m)| {
-        let ground = if *depth_m < 0.0 { Ground::Land } else { Ground::Depth(*depth_m) };
-        sea.with(ground, *at, *radius_m, *corners)
-    })
-}
-
-fn end() -> impl Strategy<Value = LocalPoint> {
-    (-1_800.0..1_800.0f64, -1_800.0..1_800.0f64).prop_map(|(north_m, east_m)| at(north_m, east_m))
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 
     #[test]
     fn no_route_is_worse_than_the_shortest_by_its_own_objective_and_every_leg_is_safe(
-        shoals in shoals(), from in end(), to in end(), set_rad in 0.0..6.2f64, drift_mps in 0.0..1.2f64, by_energy: bool,
+        shoals in shoals(10, 1_500.0, 50.0..400.0, -1.0..14.0), from in point(1_800.0), to in point(1_800.0), set_rad in 0.0..6.2f64, drift_mps in 0.0..1.2f64, by_energy: bool,
     ) {
         let router = router(&sea(&shoals));
         let swirl = field(9, &[0.0], |north_m, east_m, _| {
@@ -505,9 +451,9 @@ proptest! {
         let Ok(route) = weighing.route(&Request::new(place(from), place(to)), &needs(), &Cancel::never()) else {
             return Ok(());
         };
-        prop_assert!(is_safe(&route, router.index()));
+        prop_assert!(is_safe(&route, router.index(), &needs()));
         if let Some(shortest) = &route.shortest {
-            prop_assert!(is_safe(shortest, router.index()));
+            prop_assert!(is_safe(shortest, router.index(), &needs()));
             // Joining corners makes either a little longer.
             prop_assert!(route.length_m > 0.98 * shortest.length_m - 30.0);
             if by_energy {
@@ -520,7 +466,7 @@ proptest! {
 
     #[test]
     fn preferred_water_costs_no_more_than_the_shortest_way_and_as_much_on_the_way_back(
-        shoals in shoals(), from in end(), to in end(), factor in 1.1..5.0f64,
+        shoals in shoals(10, 1_500.0, 50.0..400.0, -1.0..14.0), from in point(1_800.0), to in point(1_800.0), factor in 1.1..5.0f64,
     ) {
         let router = router(&sea(&shoals));
         let preferences = Preferences { depth_m: Some(12.0), factor, ..Preferences::default() };
@@ -528,7 +474,7 @@ proptest! {
         let weighing = router.by_objective(objective).unwrap();
         let request = Request { least_leg_m: 0.0, ..Request::new(place(from), place(to)) };
         let Ok(route) = weighing.route(&request, &needs(), &Cancel::never()) else { return Ok(()) };
-        prop_assert!(is_safe(&route, router.index()));
+        prop_assert!(is_safe(&route, router.index(), &needs()));
         let cost = |route: &Route| preferred_m(route, router.index(), 12.0, factor);
         if let Some(shortest) = &route.shortest {
             prop_assert!(cost(&route) < 1.002 * cost(shortest) + 20.0 * (factor - 1.0), "{} {}", cost(&route), cost(shortest));
