@@ -23,9 +23,10 @@ pub(super) fn read<T: DeserializeOwned>(query: &str) -> Result<T, Error> {
             let shown: String = name.chars().take(30).collect();
             return Err(de::Error::custom(format!("unknown field `{shown}…`")));
         }
+        let is_full = parameters.len() == NAMES;
         match parameters.iter_mut().find(|(known, _)| *known == name) {
             Some((_, values)) => values.all.push(value.into_owned()),
-            None if parameters.len() == NAMES => {
+            None if is_full => {
                 return Err(de::Error::custom(format!("there are more than {NAMES} parameters")));
             }
             None => parameters

@@ -28,12 +28,9 @@ pub fn list(text: Option<&str>) -> Vec<String> {
     let (mut names, mut name) = (Vec::new(), String::new());
     let mut letters = text.unwrap_or_default().chars().peekable();
     while let Some(letter) = letters.next() {
-        match (letter, letters.peek()) {
-            ('\\', Some(&(next @ (',' | '\\')))) => {
-                name.push(next);
-                letters.next();
-            }
-            (',', _) => names.push(std::mem::take(&mut name)),
+        match letter {
+            '\\' => name.push(letters.next_if(|next| [',', '\\'].contains(next)).unwrap_or(letter)),
+            ',' => names.push(std::mem::take(&mut name)),
             _ => name.push(letter),
         }
     }

@@ -430,7 +430,7 @@ async fn a_failed_attempt_does_not_take_the_place_out_of_a_view() {
            FROM lutra.detection_reports; \
          COMMENT ON VIEW lutra.detections IS 'Each detection of a tag once: as an earlier version had it'",
     );
-    let mut shore = Shore { said: 1, ..shore.again(&postgres.url(), &password).await };
+    let mut shore = shore.again(&postgres.url(), &password).await;
     shore.say(1).await;
     shore.caught_up().await;
     shore.end().await;

@@ -13,7 +13,7 @@ pub use csv::{CsvRow, csv};
 pub use rows::{Asked, detections};
 pub use series::{SeriesName, choices};
 
-use series::{Found, SERIES, found};
+use series::{Found, found};
 
 use super::export;
 use api::Vessel;

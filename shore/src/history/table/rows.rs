@@ -1,6 +1,6 @@
 //! Rows of series and of detections.
 
-use super::{Found, SERIES, SeriesName, called, found, wrong};
+use super::{Found, SeriesName, called, found, wrong};
 use crate::history;
 use api::{Buckets, TableDetection, TableRow, Vessel};
 use detections::Detection;

@@ -11,7 +11,7 @@ use tokio_util::sync::CancellationToken;
 /// Most series that are offered for choice.
 const CHOICES: usize = 20_000;
 /// Most series of vessels in one answer: each is read by itself.
-pub(super) const SERIES: usize = 500;
+const SERIES: usize = 500;
 /// Most names that an error lists.
 const LISTED: usize = 10;
 
