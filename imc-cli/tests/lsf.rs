@@ -101,6 +101,24 @@ fn info_tells_damage() {
     assert!(run(&["lsf", "info", Made::of(b"").name()], b"").expect(0).text().contains("0 packets"));
 }
 
+/// A compressed day of a server's archive, which zstd packed.
+#[test]
+fn a_log_that_zstd_packed_is_read_and_its_cut_is_said() {
+    let plain = [heartbeat(10.0), heartbeat(11.0)].concat().repeat(20_000);
+    let packed = zstd::encode_all(&plain[..], 1).unwrap();
+    let made = Made::of(&packed);
+    let folder = made.folder.path().join("day");
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::rename(&made.file, folder.join("Data.lsf.zst")).unwrap();
+    let info = &run(&["lsf", "info", "--json", folder.to_str().unwrap()], b"").expect(0).lines()[0];
+    assert_eq!((&info["packets"], &info["damage"]["runs"]), (&40_000.into(), &0.into()));
+    let part = run(&["lsf", "cut", folder.to_str().unwrap(), "--from", "+1"], b"").expect(0).stdout;
+    assert!(part == heartbeat(11.0).repeat(20_000));
+    let cut = Made::of(&packed[..packed.len() - 5]);
+    let text = run(&["lsf", "info", cut.name()], b"").expect(1).text().to_owned();
+    assert!(text.contains("the file ends inside a zstd frame"), "{text}");
+}
+
 #[test]
 fn json_is_decode_with_a_choice() {
     let Some(log) = recorded() else { return };
@@ -256,7 +274,7 @@ fn misuse_of_logs_is_told() {
     std::fs::create_dir(&folder).unwrap();
     for (arguments, told) in [
         (&["info", "/no/such/log"][..], "cannot open /no/such/log"),
-        (&["info", folder.to_str().unwrap()], "holds neither Data.lsf nor Data.lsf.gz"),
+        (&["info", folder.to_str().unwrap()], "holds no Data.lsf, Data.lsf.gz or Data.lsf.zst"),
         (&["csv", made.name()], "choose one with -m MESSAGE"),
         (&["csv", made.name(), "-m", "GpsFixx"], "did you mean `GpsFix`"),
         (&["csv", made.name(), "-m", "GpsFix", "-s", "ntnu-oter-01"], "did you mean ntnu-otter-01"),

@@ -40,6 +40,7 @@ pub(crate) fn look(
     if config.data.exists() {
         checks.push(rights(config));
         checks.extend(recordings(config, thorough));
+        checks.push(store::check_compression(&config.data, config.archive.compress_after_days, clock::now()));
         checks.extend(backup(config));
     } else {
         checks.push(check("data folder", Ok(no_folder(config))));

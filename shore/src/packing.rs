@@ -32,7 +32,9 @@ impl Compression {
         let mut told: Option<String> = None;
         let mut wait = FIRST_LOOK;
         while stop.run_until_cancelled(tokio::time::sleep(wait)).await.is_some() {
-            let trouble = stop.run_until_cancelled(self.compress(REST)).await.and_then(Result::err);
+            let Some(outcome) = stop.run_until_cancelled(self.compress(REST)).await else { return };
+            let trouble = outcome.err();
+            metrics::gauge!("lutra_compression_trouble").set(f64::from(u8::from(trouble.is_some())));
             if let Some(trouble) = trouble.as_ref().filter(|trouble| Some(trouble.cause()) != told.as_deref())
             {
                 tracing::warn!(

@@ -100,7 +100,10 @@ pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
 };
-pub use table::{TableChoice, TableDetection, TableDetectionsQuery, TableQuery, TableRow, TableSeriesQuery};
+pub use table::{
+    TableChoice, TableDetection, TableDetections, TableDetectionsQuery, TableQuery, TableRow,
+    TableSeriesQuery,
+};
 pub use teleop::{TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 pub use vessel_reports::{

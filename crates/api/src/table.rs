@@ -13,10 +13,11 @@ pub struct TableQuery {
     pub to: String,
     /// Series as on the pages: `Voltage.2.value`, by message, number of the entity and field. Instead of the number its label
     /// (`Voltage.Battery.value`); without either (`EstimatedState.psi`) the entity of the vessel that sent the message most often. Several:
-    /// the parameter once for each, or with commas between them.
+    /// the parameter once for each, or with commas between them; a comma within a label is written `\,` (`Voltage.Motor\, left.value`). 500
+    /// names at most.
     pub series: Vec<String>,
-    /// Vessels by name or IMC address: the parameter once for each, or with commas between them; all that one may see when left out or
-    /// empty.
+    /// Vessels by name or IMC address: the parameter once for each, or with commas between them (`\,` within a name); all that one may see
+    /// when left out or empty.
     #[serde(default)]
     #[param(required = false)]
     pub vessel: Vec<String>,
@@ -66,8 +67,8 @@ pub struct TableChoice {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct TableSeriesQuery {
-    /// Vessels by name or IMC address: the parameter once for each, or with commas between them; all that one may see when left out or
-    /// empty.
+    /// Vessels by name or IMC address: the parameter once for each, or with commas between them (`\,` within a name); all that one may see
+    /// when left out or empty.
     #[serde(default)]
     #[param(required = false)]
     pub vessel: Vec<String>,
@@ -81,14 +82,17 @@ pub struct TableDetectionsQuery {
     pub from: String,
     /// Reported before this time, likewise.
     pub to: String,
-    /// Vessels by name or IMC address: the parameter once for each, or with commas between them; all that one may see when left out or
-    /// empty.
+    /// Vessels by name or IMC address: the parameter once for each, or with commas between them (`\,` within a name); all that one may see
+    /// when left out or empty.
     #[serde(default)]
     #[param(required = false)]
     pub vessel: Vec<String>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`), with commas between them; all when left out or empty.
     pub tag: Option<String>,
-    /// At most so many rows, 1 to 10000; 10000 when left out. The header `Link` with `rel="next"` has the address of the rest.
+    /// `oldest` or `newest`, which report comes first; `oldest` when left out.
+    pub order: Option<String>,
+    /// At most so many rows, 1 to 10000; 10000 when left out. `next` in JSON, and the header `Link` with `rel="next"`, have the address of the
+    /// rest.
     pub limit: Option<u32>,
     /// Detections to pass over, 0 to 100000; from the address of the rest.
     pub skip: Option<u32>,
@@ -96,7 +100,16 @@ pub struct TableDetectionsQuery {
     pub format: Option<String>,
 }
 
-/// A tag that a receiver heard; the oldest report first.
+/// Tags that receivers heard, in the order that was asked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TableDetections {
+    /// A row for each.
+    pub rows: Vec<TableDetection>,
+    /// Path and query of the rows that did not fit; null where these are all.
+    pub next: Option<String>,
+}
+
+/// A tag that a receiver heard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TableDetection {
     /// When the vessel reported it, ISO 8601 UTC with milliseconds.

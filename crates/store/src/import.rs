@@ -6,8 +6,8 @@
 use crate::error::{Named as _, Result, StoreError};
 use crate::packet::Outcome;
 use crate::store::Store;
-use imc::Damage;
 use imc::lsf::{LogItem, LogReader};
+use imc::{Damage, FrameError};
 use std::fs::{self, File};
 use std::io::{self, BufReader, Chain, Cursor, Read, Seek as _};
 use std::path::{Path, PathBuf};
@@ -149,6 +149,8 @@ pub struct LogImport {
     /// Packets of all logs before this one.
     before: u64,
     first_damage: Option<Damage>,
+    /// A packed file that ends too early, or is damaged: a problem of its own.
+    is_cut: bool,
 }
 
 impl LogImport {
@@ -165,7 +167,7 @@ impl LogImport {
 
     fn open(file: &Path, received: UtcTime, imported: Imported) -> Result<Self> {
         let (log, before) = (open_log(file).named(file)?, imported.packets);
-        Ok(Self { file: file.to_owned(), log, received, imported, before, first_damage: None })
+        Ok(Self { file: file.to_owned(), log, received, imported, before, first_damage: None, is_cut: false })
     }
 
     /// The result so far.
@@ -197,6 +199,7 @@ impl LogImport {
                 Err(error) if is_of_contents(&error) => {
                     let problem = format!("{}: cannot be unpacked to its end: {error}", self.file.display());
                     self.imported.problems.push(problem);
+                    self.is_cut = true;
                     break false;
                 }
                 other => other.named(&self.file)?,
@@ -214,6 +217,7 @@ impl LogImport {
                 }
                 Some(LogItem::Cut { offset, problem }) => {
                     let name = self.file.display();
+                    self.is_cut = true;
                     self.imported.problems.push(format!("{name}: {problem} ({offset} bytes were unpacked)"));
                 }
                 None => break false,
@@ -236,10 +240,17 @@ impl LogImport {
     fn tell_damage(&mut self) {
         let name = self.file.display();
         if self.imported.packets == self.before {
-            let what = self.first_damage.map_or_else(
-                || "is empty".to_owned(),
-                |damage| format!("is not an IMC log: {} at its first byte", damage.error),
-            );
+            let what = match self.first_damage {
+                None if self.is_cut => "holds no whole packet".to_owned(),
+                None => "is empty".to_owned(),
+                Some(damage) if is_of_first(&damage) => {
+                    format!(
+                        "holds no whole packet: it ends at byte {}, within its first one",
+                        self.read_bytes()
+                    )
+                }
+                Some(damage) => format!("is not an IMC log: {} at its first byte", damage.error),
+            };
             self.imported.problems.push(format!("{name}: {what}"));
         } else if let Some(damage) = self.first_damage {
             let problem = format!("{name}: damaged from byte {}: {}", damage.offset, damage.error);
@@ -294,28 +305,59 @@ fn is_of_contents(error: &io::Error) -> bool {
     error.raw_os_error().is_none()
 }
 
-/// Whether a file begins as a log does: a packet within its first MiB, unpacked. One that was not written to its
-/// end is read as far as it goes.
+/// What a file is by its first MiB, unpacked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beginning {
+    /// It has a packet. A log that was not written to its end is read as far as it goes.
+    Log,
+    /// It begins as a log or as a packed file, and ends before the first packet does.
+    Cut {
+        /// Bytes of the file.
+        bytes: u64,
+    },
+    /// It is something else, or empty.
+    Other,
+}
+
+/// Looks for a packet at the beginning of a file.
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn begins_as_log(file: &Path) -> Result<bool> {
+pub fn beginning(file: &Path) -> Result<Beginning> {
+    let bytes = fs::metadata(file).named(file)?.len();
+    let ended = |is_cut: bool| if is_cut && bytes > 0 { Beginning::Cut { bytes } } else { Beginning::Other };
     let mut log = match open_log(file) {
-        Err(error) if is_of_contents(&error) => return Ok(false),
+        Err(error) if is_of_contents(&error) => return Ok(ended(is_of_an_end(&error))),
         other => other.named(file)?,
     };
+    let (mut is_cut, mut is_damaged) = (false, false);
     while log.unpacked_bytes() <= LOOKED_AT_BYTES {
         let item = match log.next_item() {
-            Err(error) if is_of_contents(&error) => break,
+            Err(error) if is_of_contents(&error) => {
+                is_cut |= is_of_an_end(&error);
+                break;
+            }
             other => other.named(file)?,
         };
         match item {
-            Some(LogItem::Packet { .. }) => return Ok(true),
-            Some(LogItem::Damage(_) | LogItem::Cut { .. }) => {}
+            Some(LogItem::Packet { .. }) => return Ok(Beginning::Log),
+            Some(LogItem::Damage(damage)) if is_of_first(&damage) => is_cut = true,
+            Some(LogItem::Damage(_)) => is_damaged = true,
+            Some(LogItem::Cut { .. }) => is_cut = true,
             None => break,
         }
     }
-    Ok(false)
+    Ok(ended(is_cut && !is_damaged))
+}
+
+/// Whether a packed file ends too early, rather than holds what no packed file does.
+fn is_of_an_end(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::UnexpectedEof
+}
+
+/// Whether a log ends within its first packet.
+fn is_of_first(damage: &Damage) -> bool {
+    damage.offset == 0 && matches!(damage.error, FrameError::Truncated { .. })
 }
 
 /// All logs below a folder, in order of their names.

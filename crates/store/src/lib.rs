@@ -72,6 +72,7 @@ mod history;
 mod import;
 mod layout;
 mod lock;
+mod overdue;
 mod packet;
 mod packing;
 #[cfg(test)]
@@ -95,9 +96,10 @@ pub use export::{
 };
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table, row_key};
-pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
+pub use import::{Beginning, ImportProgress, Imported, LogImport, beginning};
 pub use layout::free_bytes;
 pub use link::{LinkSeq, Transport};
+pub use overdue::check_compression;
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use packing::{PackStep, Packable, PackedDay, Packing, plan_packing};
 pub use range::{NO_TIME_US, TimeRange};

@@ -12,6 +12,7 @@ mod scan;
 mod select;
 mod shown;
 mod tally;
+mod zstd;
 
 use crate::outcome::Outcome;
 use crate::output::Output;
@@ -23,7 +24,7 @@ Examples:
   imc lsf grep \"plan loaded\" logs/*/Data.lsf.gz     who said that, and when
   imc lsf cut --from +30 --to +60 -o part.lsf Data.lsf.gz
 
-FILE is a log (Data.lsf, Data.lsf.gz, or any run of packets) or its folder. All subcommands choose packets by \
+FILE is a log (Data.lsf, Data.lsf.gz, Data.lsf.zst, or any run of packets) or its folder. All subcommands choose packets by \
 the same flags:
   --from, --to    2026-11-21T07:43:27Z, 2026-11-21T09:43:27+02:00,
                   1795247007.5 (seconds since 1970), or +30 (after the log's first packet)

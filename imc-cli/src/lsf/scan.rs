@@ -1,10 +1,11 @@
 //! Reads a log from end to end, with a progress bar.
 
+use super::zstd::{self, Unpacked};
 use anyhow::{Context as _, bail};
 use imc::lsf::{LogItem, LogReader};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fs::File;
-use std::io::{self, IsTerminal as _};
+use std::io::{self, Chain, Cursor, IsTerminal as _, Read};
 use std::path::{Path, PathBuf};
 
 /// Files from which on progress is shown.
@@ -32,9 +33,9 @@ pub(crate) fn log_file(path: &Path) -> anyhow::Result<PathBuf> {
     if !path.is_dir() {
         return Ok(path.to_owned());
     }
-    let candidates = ["Data.lsf", "Data.lsf.gz"].map(|name| path.join(name));
+    let candidates = ["Data.lsf", "Data.lsf.gz", "Data.lsf.zst"].map(|name| path.join(name));
     let found = candidates.into_iter().find(|file| file.is_file());
-    found.with_context(|| format!("{} holds neither Data.lsf nor Data.lsf.gz", path.display()))
+    found.with_context(|| format!("{} holds no Data.lsf, Data.lsf.gz or Data.lsf.zst", path.display()))
 }
 
 /// Passes everything in a log to `visit`, in order.
@@ -49,19 +50,45 @@ pub(crate) fn scan(
     let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
     let bar = bar(path, &file, printing);
     let place = || format!("cannot read {}", path.display());
-    let mut reader = LogReader::detect(bar.wrap_read(file)).with_context(place)?;
+    let (is_packed, source) = looked_at(bar.wrap_read(file)).with_context(place)?;
+    if is_packed {
+        let mut source = Unpacked::new(source).with_context(place)?;
+        let offset = items(&mut source, path, &mut visit)?;
+        if let Some(problem) = source.problem() {
+            visit(&LogItem::Cut { offset, problem })?;
+        }
+    } else {
+        items(source, path, &mut visit)?;
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// Whether zstd packed a source, and the source from its start on. A pipe cannot be rewound, and may give its first bytes one by one.
+fn looked_at<R: Read>(mut source: R) -> io::Result<(bool, Chain<Cursor<Vec<u8>>, R>)> {
+    let mut start = Vec::new();
+    source.by_ref().take(zstd::MAGIC_BYTES).read_to_end(&mut start)?;
+    Ok((zstd::is_packed(&start), Cursor::new(start).chain(source)))
+}
+
+/// Passes everything in a source to `visit`, in order; how many bytes it unpacks to.
+fn items(
+    source: impl Read,
+    path: &Path,
+    visit: &mut impl FnMut(&LogItem<'_>) -> anyhow::Result<()>,
+) -> anyhow::Result<u64> {
+    let place = || format!("cannot read {}", path.display());
+    let mut reader = LogReader::detect(source).with_context(place)?;
     loop {
         match reader.next_item() {
             Ok(Some(item)) => visit(&item)?,
-            Ok(None) => break,
+            Ok(None) => return Ok(reader.unpacked_bytes()),
             Err(error) => {
                 let at = reader.unpacked_bytes();
                 return Err(error).with_context(|| format!("{} after byte {at}", place()));
             }
         }
     }
-    bar.finish_and_clear();
-    Ok(())
 }
 
 /// The first packet's time, from which relative times count; 0 for a log without packets.
@@ -70,9 +97,18 @@ pub(crate) fn scan(
 /// When the file cannot be read.
 pub(crate) fn start_s(path: &Path) -> anyhow::Result<f64> {
     let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    let place = || format!("cannot read {}", path.display());
-    let mut reader = LogReader::detect(file).with_context(place)?;
-    while let Some(item) = reader.next_item().with_context(place)? {
+    let first =
+        looked_at(file).and_then(
+            |(is_packed, source)| {
+                if is_packed { first_s(Unpacked::new(source)?) } else { first_s(source) }
+            },
+        );
+    first.with_context(|| format!("cannot read {}", path.display()))
+}
+
+fn first_s(source: impl Read) -> io::Result<f64> {
+    let mut reader = LogReader::detect(source)?;
+    while let Some(item) = reader.next_item()? {
         if let LogItem::Packet { view, .. } = item
             && view.timestamp().is_finite()
         {

@@ -107,7 +107,8 @@ async fn what_is_no_log_is_refused_with_the_remedy() {
         (Vec::new(), "empty"),
         (gzip(b"<html>no log</html>"), "not an IMC log"),
         (gzip(&vec![0; 30 << 20]), "not an IMC log"),
-        (vec![0x1F, 0x8B, 8, 0, 1, 2, 3], "not an IMC log"),
+        (vec![0x1F, 0x8B, 8, 0, 1, 2, 3], "no whole packet in the file: it ends at byte 7"),
+        (log(1)[..15].to_vec(), "no whole packet in the file: it ends at byte 15"),
         (garbage, "not an IMC log"),
     ] {
         let answer = upload(&shore, &token, "x", body).await;

@@ -14,6 +14,7 @@ use futures_util::StreamExt as _;
 use shore::history::imports::{RESERVED_BYTES, Upload};
 use shore::identity::{ASK_PATIENCE, Line, Principal};
 use std::time::{Duration, Instant};
+use store::Beginning;
 
 /// Bytes that are written at once.
 const BLOCK: usize = 1 << 20;
@@ -145,10 +146,21 @@ fn write(mut upload: Upload, block: &[u8], look: bool) -> Result<Upload, ApiErro
         std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => no_room(0),
         _ => ApiError::internal(&error),
     })?;
-    if look && !upload.begins_as_log()? {
-        return Err(no_log(block));
+    if !look {
+        return Ok(upload);
     }
-    Ok(upload)
+    match upload.beginning()? {
+        Beginning::Log => Ok(upload),
+        Beginning::Cut { bytes } => Err(cut(bytes)),
+        Beginning::Other => Err(no_log(block)),
+    }
+}
+
+fn cut(bytes: u64) -> ApiError {
+    let text = say(
+        "There is no whole packet in the file: it ends at byte {bytes}, within its first packet or packed block. Nothing was imported. Copy the log from the vessel again.",
+    );
+    ApiError::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "no_packet", text.with("bytes", bytes))
 }
 
 fn no_log(start: &[u8]) -> ApiError {

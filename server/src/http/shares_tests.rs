@@ -512,3 +512,43 @@ async fn a_link_opens_nothing_else_of_the_server() {
         hidden.id
     );
 }
+
+/// With whole questions, which the server would answer to those who may ask them.
+#[tokio::test]
+async fn rows_of_tables_are_given_to_no_link_to_no_stranger_and_of_no_other_vessel() {
+    let scene = Scene::of(&[]).await;
+    let link = scene.link(json!({"precision_m": 1_000})).await;
+    let secret = link.path.trim_start_matches("/s/");
+    let elsewhere = scene.shore.token(Some(FIRST + 7), Role::Admin).await;
+    let span = format!("from={}&to={}", START_US / 1_000, START_US / 1_000 + 60_000);
+    let routes: Vec<Route> =
+        table().into_iter().filter(|route| route.path.starts_with("/api/v1/table")).collect();
+    assert_eq!(routes.len(), 4, "a route more of rows is looked at here too");
+    for route in routes {
+        // What the answer holds of the vessel.
+        let (query, mark) = match route.path {
+            "/api/v1/table" => (format!("{span}&series=TBRFishTag.SNR"), "TBRFishTag"),
+            "/api/v1/table/detections" => (span.clone(), "S256-101"),
+            "/api/v1/table/series" => (String::new(), "TBRFishTag"),
+            _ => (String::new(), "value"),
+        };
+        for query in [query.clone(), format!("{query}&vessel={FIRST:#06x}")] {
+            let is_for_vessel = query.contains("vessel=");
+            if route.path.ends_with("/vessels") && is_for_vessel {
+                continue;
+            }
+            let path = format!("{}?{}", route.path, query.trim_start_matches('&'));
+            let own = scene.shore.get(&path, &scene.token).await;
+            assert!(own.status == StatusCode::OK && own.body.contains(mark), "{path}: {}", own.body);
+            for token in ["", secret, &format!("lutra_api_{secret}"), &format!("lutra_link_{secret}")] {
+                let answer = scene.shore.get(&path, token).await;
+                assert_eq!(answer.status, StatusCode::UNAUTHORIZED, "{path} with {token}");
+                assert!(!answer.body.contains(mark), "{path}: {}", answer.body);
+            }
+            let other = scene.shore.get(&path, &elsewhere).await;
+            let status = if is_for_vessel { StatusCode::FORBIDDEN } else { StatusCode::OK };
+            assert_eq!(other.status, status, "{path}: {}", other.body);
+            assert!(!other.body.contains(mark), "{path} as of another vessel: {}", other.body);
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::AppState;
 use crate::web::{ApiError, QueryParams, Who, extract};
-use api::{Next, TableChoice, TableDetectionsQuery, TableQuery, TableSeriesQuery, say};
+use api::{Next, TableChoice, TableDetections, TableDetectionsQuery, TableQuery, TableSeriesQuery, say};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
@@ -25,7 +25,7 @@ pub(crate) async fn rows(
     QueryParams(query): QueryParams<TableQuery>,
 ) -> Result<Response, ApiError> {
     let form = Form::asked(query.format.as_deref(), &headers)?;
-    let names = table::several(&query.series);
+    let names = table::several("series", &query.series)?;
     if names.is_empty() {
         return Err(ApiError::bad_request(say(
             "series: name one, such as Voltage.2.value; /api/v1/table/series lists them",
@@ -65,9 +65,11 @@ pub(crate) async fn series(
     QueryParams(query): QueryParams<TableSeriesQuery>,
 ) -> Result<Json<Vec<TableChoice>>, ApiError> {
     let vessels = Vessels::asked(&state, who, &query.vessel)?;
+    let given_up = CancellationToken::new();
+    let _here = given_up.clone().drop_guard();
     let read = move |reader: &mut Reader| {
         let systems = vessels.systems(reader)?;
-        table::choices(reader, &systems)
+        table::choices(reader, &systems, &given_up)
     };
     Ok(Json(state.shore.history.ask(read).await?))
 }
@@ -83,22 +85,31 @@ pub(crate) async fn detections(
     let range = table::range(&query.from, &query.to)?;
     let tags = export::tags(query.tag.as_deref())?;
     let page = extract::page(query.limit.or(Some(10_000)), query.skip)?;
+    let order = extract::order(query.order.as_deref())?;
     let vessels = Vessels::asked(&state, who, &query.vessel)?;
+    let given_up = CancellationToken::new();
+    let _here = given_up.clone().drop_guard();
     let read = move |reader: &mut Reader| {
         let systems = Some(vessels.systems(reader)?);
         let wanted = DetectionsWanted { systems, range, came_from: None, tags };
-        table::detections(reader, &wanted, page, &vessels.named)
+        table::detections(reader, &wanted, (order, page), &given_up, &vessels.named)
     };
     let (rows, next) = state.shore.history.ask(read).await?;
-    let mut response = form.answer(&rows);
-    if let Some(link) = next.and_then(|next| rest(&query, next)) {
+    let next = next.map(|next| rest(&query, next));
+    // By RFC 8288; CSV has no other place for it.
+    let link = next.as_ref().and_then(|next| HeaderValue::from_str(&format!("<{next}>; rel=\"next\"")).ok());
+    let mut response = match form {
+        Form::Csv => form.answer(&rows),
+        Form::Json => varied(Json(TableDetections { rows, next }).into_response()),
+    };
+    if let Some(link) = link {
         response.headers_mut().insert(header::LINK, link);
     }
     Ok(response)
 }
 
-/// The address of the rows that did not fit, by RFC 8288.
-fn rest(query: &TableDetectionsQuery, next: Next) -> Option<HeaderValue> {
+/// The address of the rows that did not fit.
+fn rest(query: &TableDetectionsQuery, next: Next) -> String {
     let mut address = form_urlencoded::Serializer::new(String::new());
     for (name, time_us) in [("from", next.from_us), ("to", next.to_us)] {
         address.append_pair(name, &UtcTime::from_micros(time_us).to_string());
@@ -106,7 +117,7 @@ fn rest(query: &TableDetectionsQuery, next: Next) -> Option<HeaderValue> {
     for vessel in &query.vessel {
         address.append_pair("vessel", vessel);
     }
-    for (name, text) in [("tag", &query.tag), ("format", &query.format)] {
+    for (name, text) in [("tag", &query.tag), ("order", &query.order), ("format", &query.format)] {
         if let Some(text) = text {
             address.append_pair(name, text);
         }
@@ -115,7 +126,7 @@ fn rest(query: &TableDetectionsQuery, next: Next) -> Option<HeaderValue> {
         address.append_pair("limit", &limit.to_string());
     }
     address.append_pair("skip", &next.skip.to_string());
-    HeaderValue::from_str(&format!("</api/v1/table/detections?{}>; rel=\"next\"", address.finish())).ok()
+    format!("/api/v1/table/detections?{}", address.finish())
 }
 
 /// Whether angles are asked for in degrees.
@@ -138,7 +149,7 @@ impl Vessels {
     /// # Errors
     /// One is named by an address that the person may not see.
     fn asked(state: &AppState, who: Principal, texts: &[String]) -> Result<Self, ApiError> {
-        let asked = table::several(texts);
+        let asked = table::several("vessel", texts)?;
         let hidden = export::addresses(&asked).find(|vessel| who.grants.on(*vessel).is_none());
         if let Some(vessel) = hidden {
             return Err(ApiError::forbidden(
@@ -195,13 +206,17 @@ impl Form {
     }
 
     fn answer<R: CsvRow + Serialize>(self, rows: &[R]) -> Response {
-        let mut response = match self {
+        varied(match self {
             Self::Json => Json(rows).into_response(),
             Self::Csv => ([(header::CONTENT_TYPE, CSV)], table::csv(rows)).into_response(),
-        };
-        response.headers_mut().append(header::VARY, HeaderValue::from_static("accept"));
-        response
+        })
     }
+}
+
+/// Notes that the form depends on `Accept`.
+fn varied(mut response: Response) -> Response {
+    response.headers_mut().append(header::VARY, HeaderValue::from_static("accept"));
+    response
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Rows for Grafana and notebooks: what stands in them, who gets which, and where they end.
 
 use super::tests::{Answer, Shore};
-use api::{Buckets, Role, TableChoice, TableDetection, TableRow};
+use api::{Buckets, Role, TableChoice, TableDetection, TableDetections, TableRow};
 use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
 use imc::messages::{EntityList, EntityListOp, EstimatedState, TBRFishTag, Voltage};
@@ -166,9 +166,9 @@ async fn a_person_gets_rows_of_the_vessels_that_they_may_see_alone() {
     let own = shore.token(Some(OTTER), Role::Viewer).await;
     let seen = rows(&shore, "series=Voltage.2.value", &own).await;
     assert!(!seen.is_empty() && seen.iter().all(|row| row.vessel == "0x0814"), "{seen:?}");
-    let heard: Vec<TableDetection> = json(&shore, &format!("/api/v1/table/detections?{SPAN}"), &own).await;
+    let heard: TableDetections = json(&shore, &format!("/api/v1/table/detections?{SPAN}"), &own).await;
     assert_eq!(
-        heard.iter().map(|row| (&*row.vessel, &*row.tag)).collect::<Vec<_>>(),
+        heard.rows.iter().map(|row| (&*row.vessel, &*row.tag)).collect::<Vec<_>>(),
         [("0x0814", "S256-101"), ("0x0814", "S256-102")]
     );
     let vessels: Vec<TableChoice> = json(&shore, "/api/v1/table/vessels", &own).await;
@@ -205,25 +205,79 @@ async fn what_can_be_chosen_can_be_asked_for() {
 async fn detections_that_do_not_fit_have_an_address() {
     let shore = Shore::with(recorded).await;
     let token = shore.token(None, Role::Viewer).await;
-    let mut path = format!("/api/v1/table/detections?{SPAN}&vessel=0x0814,0x0815&tag=101,102&limit=1");
-    let mut heard: Vec<TableDetection> = Vec::new();
-    loop {
-        let answer = shore.get(&path, &token).await;
-        assert_eq!(answer.status, StatusCode::OK, "{path}: {}", answer.body);
-        heard.extend(serde_json::from_str::<Vec<TableDetection>>(&answer.body).unwrap());
-        let Some(link) = answer.headers.get(header::LINK) else { break };
-        let link = link.to_str().unwrap().strip_suffix(">; rel=\"next\"").unwrap();
-        path = link.strip_prefix('<').unwrap().to_owned();
-        assert!(heard.len() < 10, "no end: {path}");
+    let whole: TableDetections = json(&shore, &format!("/api/v1/table/detections?{SPAN}"), &token).await;
+    assert_eq!((whole.rows.len(), whole.next), (3, None));
+    let whole = whole.rows;
+    for order in ["oldest", "newest"] {
+        let asked = "vessel=0x0814,0x0815&tag=101,102&limit=1";
+        let mut path = format!("/api/v1/table/detections?{SPAN}&{asked}&order={order}");
+        let mut heard: Vec<TableDetection> = Vec::new();
+        loop {
+            let answer = shore.get(&path, &token).await;
+            assert_eq!(answer.status, StatusCode::OK, "{path}: {}", answer.body);
+            let page: TableDetections = serde_json::from_str(&answer.body).unwrap();
+            heard.extend(page.rows);
+            let link = answer.headers.get(header::LINK).map(|link| link.to_str().unwrap().to_owned());
+            assert_eq!(link, page.next.as_ref().map(|next| format!("<{next}>; rel=\"next\"")));
+            let Some(next) = page.next else { break };
+            path = next;
+            assert!(heard.len() < 10, "no end: {path}");
+        }
+        if order == "newest" {
+            heard.reverse();
+        }
+        assert_eq!(heard, whole, "{order}");
     }
-    let whole: Vec<TableDetection> = json(&shore, &format!("/api/v1/table/detections?{SPAN}"), &token).await;
-    assert_eq!(heard, whole);
-    assert_eq!(whole.len(), 3);
     assert!((whole[0].latitude.unwrap() - 63.44).abs() < 1e-6 && whole[1].longitude.is_none());
     assert!(whole[0].time == "2026-11-21T08:00:03.500Z" && whole[0].snr_db == 20);
-    let one: Vec<TableDetection> =
+    let one: TableDetections =
         json(&shore, &format!("/api/v1/table/detections?{SPAN}&tag=102"), &token).await;
-    assert_eq!(one.len(), 1);
+    assert_eq!(one.rows.len(), 1);
+    let cut =
+        shore.get(&format!("/api/v1/table/detections?{SPAN}&limit=1&order=newest&format=csv"), &token).await;
+    assert!(cut.headers.contains_key(header::LINK) && cut.body.lines().count() == 2, "{}", cut.body);
+}
+
+#[tokio::test]
+async fn a_label_with_a_comma_can_be_asked_for() {
+    let shore = Shore::with(recorded).await;
+    let token = shore.token(None, Role::Viewer).await;
+    for series in ["Voltage.Motor%5C,%20left.value", "Voltage.Motor%5C%2C%20left.value,Voltage.3.value"] {
+        let motor = rows(&shore, &format!("vessel=0x0814&series={series}"), &token).await;
+        assert!(motor.len() == 2 && motor.iter().all(|row| row.entity == "Motor, left"), "{motor:?}");
+    }
+}
+
+#[tokio::test]
+async fn more_series_than_are_read_at_once_are_refused() {
+    let shore = Shore::with(|data| {
+        let mut store = Store::open(data).unwrap();
+        for number in 0..502_u16 {
+            let received = UtcTime::from_micros(START_US + i64::from(number));
+            let header = Header {
+                timestamp: received.seconds(),
+                src: Address(OTTER + number / 251),
+                src_ent: (number % 251) as u8,
+                ..Header::default()
+            };
+            let packet = Packet::new(header, Voltage { value: 1.0 }).encode().unwrap();
+            let accepted = Accepted { packet: &packet, received, transport: Transport::Tcp, link: None };
+            store.accept(&accepted).unwrap();
+        }
+        store.close().unwrap();
+    })
+    .await;
+    let token = shore.token(None, Role::Viewer).await;
+    let names: Vec<_> = (0..251).map(|entity| format!("Voltage.{entity}.value")).collect();
+    let query = format!("/api/v1/table?{SPAN}&points=1&series={}", names.join(","));
+    let answer = shore.get(&query, &token).await;
+    assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{}", answer.body);
+    assert!(answer.body.contains("series: more than 500 series of these vessels"), "{}", answer.body);
+    let one = shore.get(&format!("{query}&vessel=0x0814"), &token).await;
+    assert_eq!(one.status, StatusCode::OK, "{}", one.body);
+    let many: Vec<_> = (0..501).map(|at| format!("Voltage.{at}.value")).collect();
+    let answer = shore.get(&format!("/api/v1/table?{SPAN}&series={}", many.join(",")), &token).await;
+    assert!(answer.body.contains("series: more than 500 names"), "{}", answer.body);
 }
 
 #[tokio::test]

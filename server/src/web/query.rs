@@ -8,15 +8,27 @@ use serde::de::{self, DeserializeOwned, Deserializer, IntoDeserializer, Visitor}
 use serde::forward_to_deserialize_any;
 use std::str::FromStr;
 
+/// Most names of parameters that are read, and the bytes of the longest: no route has as many, and a refusal must stay short.
+const NAMES: usize = 64;
+const NAME_BYTES: usize = 64;
+
 /// Reads what stands behind the `?` of an address.
 ///
 /// # Errors
-/// A parameter is missing, unknown, given more than once where it has one value, or not what it must be.
+/// There are more than 64 parameters, or one is missing, unknown, given more than once where it has one value, or not what it must be.
 pub(super) fn read<T: DeserializeOwned>(query: &str) -> Result<T, Error> {
     let mut parameters: Vec<(String, Values)> = Vec::new();
     for (name, value) in form_urlencoded::parse(query.as_bytes()) {
+        if name.len() > NAME_BYTES {
+            let shown: String = name.chars().take(30).collect();
+            return Err(de::Error::custom(format!("unknown field `{shown}…`")));
+        }
+        let is_full = parameters.len() == NAMES;
         match parameters.iter_mut().find(|(known, _)| *known == name) {
             Some((_, values)) => values.all.push(value.into_owned()),
+            None if is_full => {
+                return Err(de::Error::custom(format!("there are more than {NAMES} parameters")));
+            }
             None => parameters
                 .push((name.to_string(), Values { name: name.into_owned(), all: vec![value.into_owned()] })),
         }
@@ -144,6 +156,18 @@ mod tests {
         let project = ["Cod; north", "", "Salmon"].map(str::to_owned).to_vec();
         assert_eq!(asked, Asked { from_us: -5, flags: Some(true), area: None, project });
         assert_eq!(read::<Asked>("from_us=1").unwrap().project, Vec::<String>::new());
+    }
+
+    /// Each name is compared with those before it.
+    #[test]
+    fn names_without_number_are_refused_at_the_first_that_is_too_many() {
+        let many: String = (0..30_000).map(|at| format!("{at}&")).collect();
+        let error = read::<Asked>(&many).unwrap_err().to_string();
+        assert_eq!(error, "there are more than 64 parameters");
+        let long = read::<Asked>(&"x".repeat(60_000)).unwrap_err().to_string();
+        assert!(long.starts_with("unknown field `xxx") && long.len() < 80, "{long}");
+        let again = format!("from_us=1{}", "&project=Cod".repeat(3_000));
+        assert_eq!(read::<Asked>(&again).unwrap().project.len(), 3_000, "a list may be long");
     }
 
     #[test]

@@ -81,7 +81,11 @@ fn address(query: &Value, variables: &BTreeMap<&str, String>) -> String {
 fn asked(server: SocketAddr, token: &str, query: &Value, variables: &BTreeMap<&str, String>) -> Vec<Value> {
     let path = address(query, variables);
     let answer = json(server, &path, token);
-    let rows = answer.as_array().unwrap_or_else(|| panic!("{path} gives no list: {answer}")).clone();
+    let listed = match query["root_selector"].as_str() {
+        Some("") | None => &answer,
+        Some(selector) => &answer[selector],
+    };
+    let rows = listed.as_array().unwrap_or_else(|| panic!("{path} gives no list: {answer}")).clone();
     let first = rows.first().unwrap_or_else(|| panic!("{path} gives no rows"));
     for column in query["columns"].as_array().unwrap() {
         let value = &first[column["selector"].as_str().unwrap()];

@@ -8,7 +8,7 @@ use units::UtcTime;
 
 /// Most valid links of one dataset.
 const SHARES: i64 = 200;
-/// Most links of one dataset that are kept after they were revoked or ended, the newest: making and revoking links again and again must not fill
+/// Most links of one dataset that are kept after they were revoked or ended, those that did so last: making and revoking links again and again must not fill
 /// the disk. The audit log keeps who made and revoked the others.
 const CLOSED: i64 = 1_000;
 /// Most uses of one link that are kept, by kind, the newest: many views do not push out downloads.
@@ -45,12 +45,12 @@ impl Request for Add {
     }
 }
 
-/// Removes the oldest links of a dataset that do not open any more, with their uses, but for the newest [`CLOSED`]. Of what still opens
-/// nothing is removed.
+/// Removes links of a dataset that do not open any more, with their uses, but for the [`CLOSED`] that were revoked or ended last: one that
+/// was open for years has its uses yesterday. Of what still opens nothing is removed.
 async fn forget_closed(db: &mut SqliteConnection, dataset: i64, now_us: i64) -> Result<(), Fault> {
     const OLD: &str =
         "SELECT id FROM dataset_share WHERE dataset = ?1 AND (revoked_us IS NOT NULL OR expires_us <= ?2)
-                       ORDER BY id DESC LIMIT -1 OFFSET ?3";
+                       ORDER BY min(coalesce(revoked_us, expires_us), expires_us) DESC, id DESC LIMIT -1 OFFSET ?3";
     for (table, column) in [("dataset_visit", "share"), ("dataset_share", "id")] {
         let sql = sqlx::AssertSqlSafe(format!("DELETE FROM {table} WHERE {column} IN ({OLD})"));
         sqlx::query(sql).bind(dataset).bind(now_us).bind(CLOSED).execute(&mut *db).await?;

@@ -223,3 +223,34 @@ async fn of_links_that_do_not_open_any_more_the_newest_thousand_are_kept() {
     assert!(done(db, By(open)).await.is_some() && done(db, By(elsewhere)).await.is_some());
     assert_eq!(done(db, Of(id)).await.len(), 1_002, "two open, a thousand do not");
 }
+
+#[tokio::test]
+async fn a_link_that_was_open_for_long_is_kept_by_when_it_was_closed() {
+    let mut db = migrated().await;
+    let db = &mut db;
+    let id = published(db).await;
+    let add = |expires_us| Add {
+        dataset: id,
+        hash: Secret::random().hash(),
+        password: None,
+        share: DatasetShare { expires_us, ..share() },
+    };
+    let first = done(db, add(i64::MAX)).await;
+    let visit = ShareVisit {
+        time_us: 8,
+        address: "::1".to_owned(),
+        what: ShareVisitKind::Download,
+        file: "x".to_owned(),
+    };
+    done(db, Visit { share: first, visit: visit.clone() }).await;
+    // A thousand that were made later, and ended before it was revoked.
+    let sql = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 1000)
+               INSERT INTO dataset_share (dataset, hash, expires_us, body)
+               SELECT dataset, randomblob(32), 4, body FROM dataset_share, n WHERE id = ?1";
+    sqlx::query(sql).bind(first).execute(&mut *db).await.unwrap();
+    let now = UtcTime::from_micros(9);
+    done(db, Revoke { dataset: id, share: first, by: "kari".to_owned(), now }).await;
+    done(db, add(i64::MAX)).await;
+    assert_eq!(done(db, Visits { dataset: id, share: first }).await, [visit], "who loaded it can be seen");
+    assert_eq!(done(db, Of(id)).await.len(), 1_001, "one opens, a thousand do not");
+}

@@ -24,10 +24,23 @@ fn wrong(name: &str, text: impl std::fmt::Display) -> Wrong {
     StoreError::Query(format!("{name}: {text}"))
 }
 
-/// Splits a list at its commas.
+/// Names with commas between them; a comma within a name is written `\,`, and `\\` is a backslash. Other backslashes stand for themselves.
 pub fn list(text: Option<&str>) -> Vec<String> {
-    let parts = text.unwrap_or_default().split(',').map(str::trim);
-    parts.filter(|part| !part.is_empty()).map(str::to_owned).collect()
+    let (mut names, mut name) = (Vec::new(), String::new());
+    let mut letters = text.unwrap_or_default().chars().peekable();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\\' => name.push(letters.next_if(|next| [',', '\\'].contains(next)).unwrap_or(letter)),
+            ',' => names.push(std::mem::take(&mut name)),
+            _ => name.push(letter),
+        }
+    }
+    names.push(name);
+    names.retain_mut(|name| {
+        *name = name.trim().to_owned();
+        !name.is_empty()
+    });
+    names
 }
 
 /// A message that the catalogue has, by name or number.

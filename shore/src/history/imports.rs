@@ -92,12 +92,12 @@ impl Upload {
         Ok(())
     }
 
-    /// Whether the bytes so far look like the begin of a log.
+    /// What the bytes so far are the beginning of.
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn begins_as_log(&self) -> store::Result<bool> {
-        store::begins_as_log(&self.path)
+    pub fn beginning(&self) -> store::Result<store::Beginning> {
+        store::beginning(&self.path)
     }
 
     /// Bytes that the disk has left for uploads.

@@ -26,6 +26,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use store::{Cell, Column, ColumnKind, Order, Page, Reader, Source, StoreError, TimeRange};
 use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
 use units::UtcTime;
 
 /// Queries that are answered at the same time: more would only wait for the disk.
@@ -333,6 +334,11 @@ fn cell_of(cell: Cell, column: &Column) -> api::Field {
 /// A page of at most so many rows and `ANSWER_BYTES`.
 pub fn page(rows: usize, skip: usize) -> Page {
     Page { skip, rows, bytes: ANSWER_BYTES }
+}
+
+/// Ends work whose answer is not waited for any more.
+fn goes_on(given_up: &CancellationToken) -> store::Result<()> {
+    if given_up.is_cancelled() { Err(StoreError::Cancelled) } else { Ok(()) }
 }
 
 fn next(next: store::Next, range: TimeRange, order: Order) -> api::Next {

@@ -412,6 +412,34 @@ async fn a_view_of_an_earlier_version_is_made_anew_with_its_rights() {
     );
 }
 
+/// PostGIS that is registered and whose functions do not answer: the place of a view that has one is not thrown away for that, and
+/// a database without a view gets one without.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_failed_attempt_does_not_take_the_place_out_of_a_view() {
+    let Some(postgres) = Postgres::start() else { return };
+    postgres.admin(
+        "SET allow_system_table_mods = on;
+         INSERT INTO pg_extension (oid, extname, extowner, extnamespace, extrelocatable, extversion) \
+           VALUES (70000, 'postgis', 10, 'public'::regnamespace, false, '3.3')",
+    );
+    let (_scratch, data, password) = scratch();
+    let mut shore = Shore::start(&data, &postgres.url(), &password).await;
+    shore.say(1).await;
+    shore.caught_up().await;
+    assert_eq!(postgres.say("SELECT count(tag) FROM lutra.detections"), "0", "it is made without geometry");
+    postgres.say(
+        "DROP VIEW lutra.detections; CREATE VIEW lutra.detections AS SELECT tag, 'POINT(10 63)'::text AS place \
+           FROM lutra.detection_reports; \
+         COMMENT ON VIEW lutra.detections IS 'Each detection of a tag once: as an earlier version had it'",
+    );
+    let mut shore = shore.again(&postgres.url(), &password).await;
+    shore.say(1).await;
+    shore.caught_up().await;
+    shore.end().await;
+    assert_eq!(postgres.count("temperature"), 2, "all is recorded");
+    assert_eq!(postgres.say("SELECT count(place) FROM lutra.detections"), "0", "the place is still there");
+}
+
 /// TimescaleDB is not in Debian: a stand-in with the signature of its function notes what it is asked for.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn tables_become_hypertables_where_timescaledb_is_installed() {

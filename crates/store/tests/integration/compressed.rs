@@ -110,7 +110,7 @@ fn the_archive_of_another_server_is_imported_compressed_as_it_is() {
     let imported = store.import(&archive, utc(START_US + 60 * DAY_US), &mut |_| true).unwrap();
     assert_eq!((imported.packets, imported.added, imported.problems), (3_000, 3_000, Vec::new()));
     let file = from.path().join("archive/0x2810/20261121/Data.lsf.zst");
-    assert!(store::begins_as_log(&file).unwrap());
+    assert_eq!(store::beginning(&file).unwrap(), store::Beginning::Log);
     // One that is cut gives what it can and is named, and the next log is read all the same.
     let cut = from.path().join("cut.lsf.zst");
     let bytes = fs::read(&file).unwrap();

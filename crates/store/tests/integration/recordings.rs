@@ -5,7 +5,7 @@ use imc::lsf::{LogItem, LogReader};
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use store::{LogImport, Page, Reader, Source, Store, TimeRange, Transport};
+use store::{Beginning, LogImport, Page, Reader, Source, Store, TimeRange, Transport};
 
 /// Later than everything in the recordings.
 const NOW_US: i64 = START_US + 86_400_000_000;
@@ -216,6 +216,30 @@ fn a_log_comes_in_slices_between_which_vessels_are_heard() {
     assert!(dump(folder.path()) == before);
 }
 
+/// Plain, or packed by zstd or gzip: cut before its first packet is whole.
+#[test]
+fn a_log_that_is_cut_in_its_first_packet_has_no_whole_packet() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain: Vec<u8> =
+        (0..400).flat_map(|at| crate::support::temperature(START_US + at, at as f32)).collect();
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut gzip, &plain).unwrap();
+    let packed = [zstd::encode_all(&plain[..], 1).unwrap(), gzip.finish().unwrap(), plain];
+    let mut files = Vec::new();
+    for (at, bytes) in packed.iter().enumerate() {
+        let file = folder.path().join(format!("{at}.lsf"));
+        std::fs::write(&file, &bytes[..21]).unwrap();
+        assert_eq!(store::beginning(&file).unwrap(), Beginning::Cut { bytes: 21 }, "{at}");
+        files.push(file);
+    }
+    let mut store = Store::open(&folder.path().join("shore")).unwrap();
+    let imported = store.import(&files, utc(NOW_US), &mut |_| true).unwrap();
+    assert_eq!((imported.files, imported.packets), (3, 0));
+    let problems = imported.problems.join("\n");
+    assert!(!problems.contains("is empty") && !problems.contains("is no IMC log"), "{problems}");
+    assert!(problems.contains("holds no whole packet: it ends at byte 21"), "{problems}");
+}
+
 #[test]
 fn a_log_is_told_from_other_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -223,20 +247,21 @@ fn a_log_is_told_from_other_files() {
     let mut first = vec![0; 5_000];
     first.extend(crate::support::temperature(START_US, 1.0));
     for (bytes, is) in [
-        (crate::support::temperature(START_US, 1.0), true),
-        (first, true),
-        (Vec::new(), false),
-        (b"PK\x03\x04 a zip".to_vec(), false),
-        (vec![0; 3 << 20], false),
-        (crate::support::temperature(START_US, 1.0)[..20].to_vec(), false),
+        (crate::support::temperature(START_US, 1.0), Beginning::Log),
+        (first, Beginning::Log),
+        (Vec::new(), Beginning::Other),
+        (b"PK\x03\x04 a zip".to_vec(), Beginning::Other),
+        (vec![0; 3 << 20], Beginning::Other),
+        (crate::support::temperature(START_US, 1.0)[..20].to_vec(), Beginning::Cut { bytes: 20 }),
     ] {
         std::fs::write(&file, bytes).unwrap();
-        assert_eq!(store::begins_as_log(&file).unwrap(), is);
+        assert_eq!(store::beginning(&file).unwrap(), is);
     }
     let Some([recording, ..]) = recordings() else { return };
     let packed = std::fs::read(recording).unwrap();
     for length in [packed.len(), packed.len() / 2] {
         std::fs::write(&file, &packed[..length]).unwrap();
-        assert!(store::begins_as_log(&file).unwrap(), "the first {length} bytes of a packed log");
+        let beginning = store::beginning(&file).unwrap();
+        assert_eq!(beginning, Beginning::Log, "the first {length} bytes of a packed log");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::http::table;
 use crate::web::{Need, Route};
-use api::{Role, TableChoice, TableDetection, TableDetectionsQuery, TableQuery, TableRow, TableSeriesQuery};
+use api::{Role, TableChoice, TableDetections, TableDetectionsQuery, TableQuery, TableRow, TableSeriesQuery};
 
 /// Tables whose rows all have the same columns, as JSON or CSV.
 pub(super) fn tables() -> Vec<Route> {
@@ -36,11 +36,11 @@ pub(super) fn tables() -> Vec<Route> {
         Route::get(
             "/api/v1/table/detections",
             viewer,
-            "Tags heard as rows with a time and a place, the oldest report first: JSON or CSV.",
+            "Tags heard as rows with a time and a place, by time of report: JSON with the address of the rows that did not fit, or CSV.",
             table::detections,
         )
         .query::<TableDetectionsQuery>()
-        .gives::<Vec<TableDetection>>()
+        .gives::<TableDetections>()
         .packed(),
     ]
 }

@@ -170,4 +170,6 @@ pub(super) fn sample(
 }
 
 #[cfg(test)]
+mod round_trip_tests;
+#[cfg(test)]
 mod tests;

@@ -18,7 +18,7 @@ use series::{Found, found};
 use super::export;
 use api::Vessel;
 use imc::Address;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use store::{Reader, StoreError, TimeRange};
 use units::UtcTime;
 
@@ -30,9 +30,31 @@ fn wrong(name: &str, text: impl std::fmt::Display) -> StoreError {
     StoreError::Query(format!("{name}: {text}"))
 }
 
-/// The values of a parameter that is given several times, or once with commas between them.
-pub fn several(texts: &[String]) -> Vec<String> {
-    texts.iter().flat_map(|text| export::list(Some(text))).collect()
+/// Most names of one parameter, and the letters of the longest: more is refused before any of them is looked up.
+const NAMES: usize = 500;
+const NAME_LETTERS: usize = 300;
+
+/// The values of a parameter that is given several times, or once with commas between them; each once.
+///
+/// # Errors
+/// There are more than 500, or one is too long to be a name; the error names the parameter.
+pub fn several(name: &str, texts: &[String]) -> store::Result<Vec<String>> {
+    let (mut seen, mut all) = (BTreeSet::new(), Vec::new());
+    for value in texts.iter().flat_map(|text| export::list(Some(text))) {
+        if value.chars().count() > NAME_LETTERS {
+            let shown: String = value.chars().take(60).collect();
+            let text = format_args!("`{shown}…` is longer than {NAME_LETTERS} letters, which no name is");
+            return Err(wrong(name, text));
+        }
+        if !seen.insert(value.clone()) {
+            continue;
+        }
+        if all.len() == NAMES {
+            return Err(wrong(name, format_args!("more than {NAMES} names; ask for fewer at once")));
+        }
+        all.push(value);
+    }
+    Ok(all)
 }
 
 /// A range of time from two texts: milliseconds since 1970 UTC, or ISO 8601.

@@ -6,14 +6,12 @@ use api::{Buckets, TableDetection, TableRow, Vessel};
 use detections::Detection;
 use imc::Address;
 use std::collections::BTreeMap;
-use store::{DetectionsWanted, Order, Page, Reader, StoreError, TimeRange};
+use store::{DetectionsWanted, Order, Page, Reader, TimeRange};
 use tables::IsoTime;
 use tokio_util::sync::CancellationToken;
 
 /// About so many rows at most.
 const ROWS: usize = 50_000;
-/// Most series of vessels: each is read by itself.
-const SERIES: usize = 500;
 
 /// A validated question for rows of series.
 #[derive(Debug, Clone)]
@@ -42,13 +40,11 @@ impl Asked {
         given_up: &CancellationToken,
     ) -> store::Result<Vec<TableRow>> {
         let names = called(reader, named)?;
-        let series = found(reader, &self.series, vessels)?;
+        let series = found(reader, &self.series, vessels, given_up)?;
         self.check_size(series.len())?;
         let mut rows: Vec<(i64, TableRow)> = Vec::new();
         for one in series {
-            if given_up.is_cancelled() {
-                return Err(StoreError::Cancelled);
-            }
+            history::goes_on(given_up)?;
             let buckets = history::buckets(reader, &one.source, &one.field, self.range, self.points)?;
             let vessel = called_or_address(&names, one.source.system);
             rows.extend(self.of_series(&buckets, &one, &vessel));
@@ -60,10 +56,6 @@ impl Asked {
     }
 
     fn check_size(&self, series: usize) -> store::Result<()> {
-        if series > SERIES {
-            let text = format_args!("{series} series of these vessels are more than {SERIES}; ask for fewer");
-            return Err(wrong("series", text));
-        }
         if series * self.points > ROWS {
             let text = format_args!(
                 "{series} series with {} points each are more than {ROWS} rows; ask for at most {} points, or for fewer series or vessels",
@@ -113,23 +105,25 @@ impl Asked {
 /// A page of what is seldom is looked for in so many parts of the history (200,000 messages each); then it ends early.
 const MOST_PARTS: usize = 32;
 
-/// A page of the detections that are wanted, the oldest report first, and where the rest begins.
+/// A page of the detections that are wanted, the oldest or the newest report first, and where the rest begins.
 ///
 /// # Errors
-/// The history cannot be read.
+/// The question was given up, or the history cannot be read.
 pub fn detections(
     reader: &mut Reader,
     wanted: &DetectionsWanted,
-    page: Page,
+    (order, page): (Order, Page),
+    given_up: &CancellationToken,
     named: &[Vessel],
 ) -> store::Result<(Vec<TableDetection>, Option<api::Next>)> {
     let names = called(reader, named)?;
     let (mut found, mut rest) = (Vec::new(), None);
     let (mut wanted, mut part) = (wanted.clone(), page);
     for _ in 0..MOST_PARTS {
-        let paged = reader.detections_of(&wanted, Order::Oldest, part)?;
+        history::goes_on(given_up)?;
+        let paged = reader.detections_of(&wanted, order, part)?;
         found.extend(paged.items);
-        rest = paged.next.map(|next| history::next(next, wanted.range, Order::Oldest));
+        rest = paged.next.map(|next| history::next(next, wanted.range, order));
         let Some(next) = rest.filter(|_| found.len() < page.rows) else { break };
         wanted.range = TimeRange { from_us: next.from_us, to_us: next.to_us };
         // Of further parts less text, so that the whole is bounded too.

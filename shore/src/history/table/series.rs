@@ -1,13 +1,17 @@
 //! Names of series as people write them, `Voltage.2.value`, and the series that they mean.
 
 use super::wrong;
+use crate::history;
 use imc::Address;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use store::{Reader, Series, Source, StoreError};
+use tokio_util::sync::CancellationToken;
 
 /// Most series that are offered for choice.
 const CHOICES: usize = 20_000;
+/// Most series of vessels in one answer: each is read by itself.
+const SERIES: usize = 500;
 /// Most names that an error lists.
 const LISTED: usize = 10;
 
@@ -21,7 +25,7 @@ pub struct SeriesName {
 }
 
 impl SeriesName {
-    /// Reads a name. A label may have dots in it.
+    /// Reads a name. A label may have dots and commas in it.
     ///
     /// # Errors
     /// It is not a name of a series, or IMC has no such message; the error says what to write.
@@ -74,8 +78,8 @@ impl SeriesName {
     }
 
     /// The series that it means, of one vessel.
-    fn of<'s>(&self, series: &'s [Series], vessel: Address) -> Vec<&'s Series> {
-        let sent = series.iter().filter(|one| one.group.src == vessel.0 && one.message == Some(self.message));
+    fn of<'s>(&self, recorded: &Recorded<'s>, vessel: Address) -> Vec<&'s Series> {
+        let sent = recorded.get(&(vessel.0, self.message)).into_iter().flatten().copied();
         match (&self.entity, self.number()) {
             (None, _) => sent.max_by_key(|one| one.extent.count).into_iter().collect(),
             (_, Some(number)) => sent.filter(|one| one.group.src_ent == number).collect(),
@@ -103,25 +107,43 @@ impl fmt::Display for Found {
     }
 }
 
+/// Series by vessel and message.
+type Recorded<'s> = BTreeMap<(u16, &'static str), Vec<&'s Series>>;
+
 /// The series that names mean, of these vessels; each once. A vessel that lacks one has fewer.
 ///
 /// # Errors
-/// A message has no such field, no vessel has an entity of that name, or the history cannot be read.
+/// A message has no such field, no vessel has an entity of that name, there are more than 500, the question was given up, or the history
+/// cannot be read.
 pub(super) fn found(
     reader: &mut Reader,
     names: &[SeriesName],
     vessels: &[Address],
+    given_up: &CancellationToken,
 ) -> store::Result<Vec<Found>> {
     let series = reader.series(None)?;
+    let mut recorded = Recorded::new();
+    for one in &series {
+        if let Some(message) = one.message {
+            recorded.entry((one.group.src, message)).or_default().push(one);
+        }
+    }
     let (mut seen, mut all) = (BTreeSet::new(), Vec::new());
     for name in names {
+        history::goes_on(given_up)?;
         name.check_field(reader)?;
         let mut is_anywhere = false;
         for vessel in vessels {
-            for one in name.of(&series, *vessel) {
+            for one in name.of(&recorded, *vessel) {
                 is_anywhere = true;
                 let entity = one.group.src_ent;
-                if seen.insert((*vessel, name.message, entity, name.field.clone())) {
+                if seen.insert((*vessel, name.message, entity, name.field.as_str())) {
+                    if all.len() == SERIES {
+                        let text = format_args!(
+                            "more than {SERIES} series of these vessels; ask for fewer series or vessels at once"
+                        );
+                        return Err(wrong("series", text));
+                    }
                     all.push(Found {
                         source: Source { system: *vessel, entity, message: name.message.to_owned() },
                         field: name.field.clone(),
@@ -166,11 +188,16 @@ impl SeriesName {
 /// The series of these vessels to choose from, by name: all fields that hold numbers.
 ///
 /// # Errors
-/// There are more than 20,000, or the history cannot be read.
-pub fn choices(reader: &mut Reader, vessels: &[Address]) -> store::Result<Vec<api::TableChoice>> {
+/// There are more than 20,000, the question was given up, or the history cannot be read.
+pub fn choices(
+    reader: &mut Reader,
+    vessels: &[Address],
+    given_up: &CancellationToken,
+) -> store::Result<Vec<api::TableChoice>> {
     let mut known: BTreeMap<String, String> = BTreeMap::new();
     let sent = reader.series(None)?;
     for one in sent.iter().filter(|one| one.dated.count > 0 && vessels.contains(&Address(one.group.src))) {
+        history::goes_on(given_up)?;
         let (Some(message), Some(table)) = (one.message, reader.table_of(one.group)) else { continue };
         let entity = one.group.src_ent;
         let label = one.label.clone().unwrap_or_else(|| entity.to_string());

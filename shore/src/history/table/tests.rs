@@ -37,6 +37,21 @@ fn a_series_is_named_by_message_entity_and_field() {
 
 #[test]
 fn values_are_given_once_each_or_with_commas() {
-    let texts = ["a, b".to_owned(), String::new(), "c".to_owned()];
-    assert_eq!(several(&texts), ["a", "b", "c"]);
+    let texts = ["a, b".to_owned(), String::new(), "c".to_owned(), "b,a".to_owned()];
+    assert_eq!(several("series", &texts).unwrap(), ["a", "b", "c"]);
+    // A label may hold the separator, and what people write for it a backslash.
+    let texts = [r"Voltage.Motor\, left.value,Voltage.2.value".to_owned(), r"a\b,c\\,d\".to_owned()];
+    let names = ["Voltage.Motor, left.value", "Voltage.2.value", r"a\b", r"c\", r"d\"];
+    assert_eq!(several("series", &texts).unwrap(), names);
+}
+
+#[test]
+fn too_many_names_and_too_long_ones_are_refused_before_they_are_looked_up() {
+    let names = |count: usize| (0..count).map(|at| at.to_string()).collect::<Vec<_>>().join(",");
+    assert_eq!(several("series", &[names(500), names(500)]).unwrap().len(), 500, "each counts once");
+    let error = several("series", &[names(501)]).unwrap_err().to_string();
+    assert!(error.contains("series: more than 500 names"), "{error}");
+    let error = several("vessel", &["x".repeat(301)]).unwrap_err().to_string();
+    assert!(error.contains("vessel: `xxx") && error.contains("longer than 300 letters"), "{error}");
+    assert!(error.len() < 200, "{error}");
 }

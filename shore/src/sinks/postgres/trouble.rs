@@ -21,6 +21,23 @@ pub(super) fn is_of_columns(error: &Error) -> bool {
     code(error).is_some_and(|code| code == "42P16")
 }
 
+/// Whether the server answered, so that the connection goes on.
+pub(super) fn is_answer(error: &Error) -> bool {
+    error.as_database_error().is_some()
+}
+
+/// Whether the same statement may work later without any change to the schema or its extensions: locks, deadlocks, no room, a shutdown.
+pub(super) fn is_of_the_moment(error: &Error) -> bool {
+    code(error).is_some_and(|code| passes(&code))
+}
+
+/// Classes of answers that pass; a library that cannot be loaded is in the last of them, and stays away.
+fn passes(code: &str) -> bool {
+    const MISSING_FILE: &str = "58P01";
+    ["08", "25", "40", "53", "55", "57", "58"].iter().any(|class| code.starts_with(class))
+        && code != MISSING_FILE
+}
+
 fn code(error: &Error) -> Option<String> {
     error.as_database_error()?.code().map(std::borrow::Cow::into_owned)
 }
@@ -105,4 +122,19 @@ pub(super) fn altered(what: &str, schema: &str) -> String {
 
 fn short(text: &str) -> String {
     text.chars().take(LONGEST).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lock_or_a_full_disk_passes_and_a_missing_function_does_not() {
+        for code in ["40P01", "40001", "55P03", "57014", "57P01", "53100", "53300", "25006", "58030"] {
+            assert!(passes(code), "{code}");
+        }
+        for code in ["42883", "42704", "42501", "3F000", "58P01", "0A000", "2BP01", "42P16"] {
+            assert!(!passes(code), "{code}");
+        }
+    }
 }

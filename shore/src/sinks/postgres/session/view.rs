@@ -1,6 +1,6 @@
 //! The view of detections in the database: made, and replaced when a later version of Lutra defines it differently.
 
-use super::super::trouble::is_of_columns;
+use super::super::trouble::{is_answer, is_of_columns, is_of_the_moment};
 use super::super::views;
 use super::{Session, Trouble, patiently};
 use sqlx::AssertSqlSafe;
@@ -23,27 +23,46 @@ impl Session {
             );
             return Ok(());
         }
+        let has_geometry = self.there.get("detections").is_some_and(|columns| columns.contains_key("place"));
         for postgis in [postgis, None].into_iter().skip(usize::from(postgis.is_none())) {
             let view = views::detections(&self.schema, postgis);
             if there.as_ref().is_some_and(|(_, comment)| comment.contains(&views::mark(&view))) {
                 return Ok(());
             }
             match self.replace_view(&view).await {
-                Err(Trouble::Sql(error)) if error.as_database_error().is_some() && postgis.is_some() => {
+                // Only where PostGIS cannot be used, and no view has a place that would be lost: an attempt that failed by chance is made
+                // again by the next connection.
+                Err(Trouble::Sql(error))
+                    if is_answer(&error)
+                        && postgis.is_some()
+                        && !has_geometry
+                        && !is_of_the_moment(&error) =>
+                {
                     tracing::warn!("PostgreSQL: the view detections has no geometry: {error}");
                 }
                 // What is recorded goes on without it.
-                Err(Trouble::Sql(error)) if error.as_database_error().is_some() && there.is_some() => {
-                    tracing::warn!(
-                        "PostgreSQL: the view detections stays as an earlier version of Lutra made it: {error}; drop it with all that \
-                         depends on it, and the next connection makes it again"
-                    );
+                Err(Trouble::Sql(error)) if is_answer(&error) && there.is_some() => {
+                    self.say_that_the_view_stays(&error);
                     return Ok(());
                 }
                 done => return done,
             }
         }
         Ok(())
+    }
+
+    fn say_that_the_view_stays(&self, error: &sqlx::Error) {
+        let remedy = if is_of_the_moment(error) {
+            "the next connection tries again".to_owned()
+        } else {
+            format!(
+                "drop {}.detections with all that depends on it, and the next connection makes it again",
+                self.schema
+            )
+        };
+        tracing::warn!(
+            "PostgreSQL: the view detections stays as an earlier version of Lutra made it: {error}; {remedy}"
+        );
     }
 
     /// Makes a view, or another in its place, with the rights that the old one gave, all or nothing.
@@ -70,7 +89,7 @@ impl Session {
     /// Statements in one transaction, after whose failure the session goes on.
     async fn at_once(&mut self, sql: &str) -> Result<(), Trouble> {
         match self.run(format!("BEGIN; {sql}; COMMIT")).await {
-            Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
+            Err(Trouble::Sql(error)) if is_answer(&error) => {
                 self.run("ROLLBACK".to_owned()).await?;
                 Err(Trouble::Sql(error))
             }

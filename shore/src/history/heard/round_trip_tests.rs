@@ -1,0 +1,113 @@
+//! Detections that are exported as a log and imported elsewhere give the same table, in CSV and in Parquet, to the byte. A million of them:
+//! `scripts/bench-detections`.
+
+use super::*;
+use imc::messages::TBRFishTag;
+use imc::{Address, Header, Packet};
+use proptest::prelude::*;
+use store::{Accepted, Selection, Store, Transport};
+use units::UtcTime;
+
+/// 2026-11-21 08:00 UTC.
+const START_US: i64 = 1_795_248_000_000_000;
+const DAY_US: i64 = 86_400_000_000;
+/// When all of it comes ashore, there and elsewhere.
+const CAME: UtcTime = UtcTime::from_micros(START_US + 2 * DAY_US);
+const BOAT: u16 = 0x0814;
+
+/// A detection: when it was reported (µs after the start), and what the receiver and the vessel said.
+#[derive(Debug, Clone)]
+struct Said {
+    reported_us: i64,
+    tag: TBRFishTag,
+}
+
+fn said() -> impl Strategy<Value = Said> {
+    let place = proptest::option::of((-1.5..1.5_f64, -3.1..3.1_f64));
+    (0..DAY_US, 0..1_000_u16, 0..=u16::MAX, 0..=u8::MAX, place).prop_map(
+        |(reported_us, millis, data, snr, place)| {
+            let unix_timestamp = u32::try_from((START_US + reported_us) / 1_000_000).unwrap();
+            let tag = TBRFishTag {
+                serial_no: 1_024,
+                unix_timestamp,
+                millis,
+                trans_protocol: 6_u8.into(),
+                trans_data: data,
+                snr,
+                trans_freq: 69,
+                lat: place.map(|(lat, _)| lat),
+                lon: place.map(|(_, lon)| lon),
+                ..TBRFishTag::default()
+            };
+            Said { reported_us, tag }
+        },
+    )
+}
+
+fn recorded(data: &Path, all: &[Said]) {
+    let mut store = Store::open(data).unwrap();
+    for Said { reported_us, tag } in all {
+        let timestamp = UtcTime::from_micros(START_US + reported_us).seconds();
+        let header = Header { timestamp, src: Address(BOAT), src_ent: 9, ..Header::default() };
+        let packet = Packet::new(header, tag.clone()).encode().unwrap();
+        let accepted = Accepted { packet: &packet, received: CAME, transport: Transport::Tcp, link: None };
+        store.accept(&accepted).unwrap();
+    }
+    store.close().unwrap();
+}
+
+fn table(data: &Path, format: Option<&str>) -> Vec<u8> {
+    let range = TimeRange { from_us: 0, to_us: START_US + 10 * DAY_US };
+    let wanted =
+        DetectionsWanted { systems: Some(vec![Address(BOAT)]), range, came_from: None, tags: Vec::new() };
+    let (file, mut out) = (HeardFile::new(format, None).unwrap(), Vec::new());
+    write(data, &wanted, &BTreeMap::new(), &Study::default(), &file, &mut out).unwrap();
+    out
+}
+
+/// Times of report (µs since 1970), tags and what these measured, from a table.
+fn read(csv: &[u8]) -> Vec<(i64, String, String)> {
+    let text = std::str::from_utf8(csv).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    let at = |name: &str| head.iter().position(|column| *column == name).unwrap();
+    let (reported, tag, value) = (at("reported_utc"), at("tag_id"), at("sensor_value [count]"));
+    let mut rows: Vec<_> = lines
+        .map(|row| {
+            let time: UtcTime = row[reported].parse().unwrap();
+            (time.micros(), row[tag].to_owned(), row[value].to_owned())
+        })
+        .collect();
+    rows.sort();
+    rows
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 6, ..ProptestConfig::default() })]
+    #[test]
+    fn detections_come_back_as_they_were(mut all in prop::collection::vec(said(), 1..60)) {
+        for (tag, number) in all.iter_mut().zip(1..) {
+            tag.tag.trans_id = number;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let (here, elsewhere) = (folder.path().join("here"), folder.path().join("elsewhere"));
+        recorded(&here, &all);
+        let log = folder.path().join("Data.lsf");
+        let mut file = std::fs::File::create(&log).unwrap();
+        store::export_lsf(&here, &Selection::default(), &mut file).unwrap();
+        let mut store = Store::open(&elsewhere).unwrap();
+        let imported = store.import(&[log], CAME, &mut |_| true).unwrap();
+        store.close().unwrap();
+        prop_assert_eq!((imported.added, imported.problems), (all.len() as u64, Vec::new()));
+
+        let csv = table(&here, None);
+        let mut expected: Vec<_> = all
+            .iter()
+            .map(|one| (START_US + one.reported_us, one.tag.trans_id.to_string(), one.tag.trans_data.to_string()))
+            .collect();
+        expected.sort();
+        prop_assert_eq!(read(&csv), expected);
+        prop_assert!(csv == table(&elsewhere, None), "CSV differs");
+        prop_assert!(table(&here, Some("parquet")) == table(&elsewhere, Some("parquet")), "Parquet differs");
+    }
+}
