@@ -71,8 +71,9 @@ fn asked(router: &Router, needs: &Needs, from: [f64; 2], to: [f64; 2]) {
         Ok(Route { length_m, legs, of_part, moved_start, moved_goal, .. }) => {
             let moved = [("start", moved_start), ("goal", moved_goal)];
             let moved = moved.into_iter().filter_map(|(end, moved)| Some((end, moved.as_ref()?.distance_m)));
-            let moved: String =
+            let moved: Vec<String> =
                 moved.map(|(end, moved_m)| format!(", the {end} moved by {moved_m:.0} m")).collect();
+            let moved = moved.concat();
             let part = if *of_part { ", of part of the water" } else { ", shown to be the shortest" };
             format!("{:.1} km in {} legs{part}{moved}", length_m / 1e3, legs.len())
         }

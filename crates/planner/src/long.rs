@@ -184,12 +184,11 @@ impl<'a> Long<'a> {
         let least = allowed.get(1).unwrap_or(widest);
         let holds = |tiles: &Tiles| tiles.grid == self.of.grid && tiles.tiles.is_superset(least);
         let wanted = |kept: &Water| matches!(kept, Water::Tiles(tiles) if holds(tiles));
-        let (water, room) = match self.rooms.kept(self.needs, wanted) {
-            Some(kept) => kept,
-            None => {
-                let water = Water::Tiles(Tiles { grid: self.of.grid, tiles: Arc::clone(widest) });
-                (water.clone(), self.rooms.room(self.needs, water, self.cancel)?)
-            }
+        let (water, room) = if let Some(kept) = self.rooms.kept(self.needs, wanted) {
+            kept
+        } else {
+            let water = Water::Tiles(Tiles { grid: self.of.grid, tiles: Arc::clone(widest) });
+            (water.clone(), self.rooms.room(self.needs, water, self.cancel)?)
         };
         let wish = (self.wish)(&water)?;
         match (Question { wish: wish.as_ref(), ..self.question(&room) }).answer() {

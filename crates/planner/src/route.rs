@@ -180,9 +180,9 @@ impl Route {
     }
 
     /// As a stretch that ends at a place to pass: its goal is that place.
-    pub(crate) fn to_via(mut self, number: usize) -> Self {
+    pub(crate) fn ending_at_via(mut self, number: usize) -> Self {
         if let Some(shortest) = self.shortest.take() {
-            self.shortest = Some(Box::new(shortest.to_via(number)));
+            self.shortest = Some(Box::new(shortest.ending_at_via(number)));
         }
         self.moved_via.extend(self.moved_goal.map(|moved| (number, moved)));
         self

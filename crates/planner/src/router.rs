@@ -271,7 +271,7 @@ impl Router {
             let next = self.stretch(&request, (needs, whole.as_ref()), cancel);
             let mut next = next.map_err(|refusal| (stretch, refusal.of_stretch(stretch, stretches)))?;
             if stretch + 1 < stretches {
-                next = next.to_via(stretch + 1);
+                next = next.ending_at_via(stretch + 1);
             }
             whole = Some(match whole {
                 Some(before) => before.then(next),

@@ -8,7 +8,7 @@ use detections::{AREA_CORNERS, Area, NoArea, NoTag, TagFilter};
 /// # Errors
 /// It is not one.
 pub fn area(text: &str) -> Result<Area, Wording> {
-    text.trim().parse().map_err(no_area)
+    text.trim().parse().map_err(|why| no_area(&why))
 }
 
 /// The tag that a text names.
@@ -21,7 +21,7 @@ pub fn tag(text: &str) -> Result<TagFilter, Wording> {
     })
 }
 
-fn no_area(why: NoArea) -> Wording {
+fn no_area(why: &NoArea) -> Wording {
     match why {
         NoArea::Corners(count) => say(
             "it has {count} corners; give {least} to {most}, each as latitude,longitude in degrees, with `;` between corners",

@@ -64,8 +64,11 @@ pub(crate) fn scan(
     Ok(())
 }
 
+/// A source whose first bytes were read.
+type FromStart<R> = Chain<Cursor<Vec<u8>>, R>;
+
 /// Whether zstd packed a source, and the source from its start on. A pipe cannot be rewound, and may give its first bytes one by one.
-fn looked_at<R: Read>(mut source: R) -> io::Result<(bool, Chain<Cursor<Vec<u8>>, R>)> {
+fn looked_at<R: Read>(mut source: R) -> io::Result<(bool, FromStart<R>)> {
     let mut start = Vec::new();
     source.by_ref().take(zstd::MAGIC_BYTES).read_to_end(&mut start)?;
     Ok((zstd::is_packed(&start), Cursor::new(start).chain(source)))

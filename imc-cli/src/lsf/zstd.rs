@@ -97,7 +97,7 @@ mod tests {
     fn a_file_that_asks_for_much_memory_is_refused() {
         let mut encoder = Encoder::new(Vec::new(), 1).unwrap();
         encoder.window_log(25).unwrap();
-        io::Write::write_all(&mut encoder, &vec![7; 100]).unwrap();
+        io::Write::write_all(&mut encoder, &[7; 100]).unwrap();
         let packed = encoder.finish().unwrap();
         let error = all(&packed).unwrap_err().to_string();
         assert!(error.contains("zstd -d --long=31"), "{error}");

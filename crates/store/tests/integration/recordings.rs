@@ -236,7 +236,7 @@ fn a_log_that_is_cut_in_its_first_packet_has_no_whole_packet() {
     let imported = store.import(&files, utc(NOW_US), &mut |_| true).unwrap();
     assert_eq!((imported.files, imported.packets), (3, 0));
     let problems = imported.problems.join("\n");
-    assert!(!problems.contains("is empty") && !problems.contains("is no IMC log"), "{problems}");
+    assert!(!problems.contains("is empty") && !problems.contains("is not an IMC log"), "{problems}");
     assert!(problems.contains("holds no whole packet: it ends at byte 21"), "{problems}");
 }
 

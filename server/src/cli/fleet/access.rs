@@ -131,7 +131,7 @@ pub(super) fn take(data: &Path, files: &Files, name: &str) -> anyhow::Result<Vec
             Ok(true) => say!("{name}: its key by {} is ended", kind.name()),
             Ok(false) => {}
             Err(error) => {
-                failed.push(format!("{}: {error:#}; until then {}", kind.name(), by_hand(kind, name)))
+                failed.push(format!("{}: {error:#}; until then {}", kind.name(), by_hand(kind, name)));
             }
         }
     }

@@ -172,8 +172,11 @@ pub(super) fn left(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<Str
     Ok(names)
 }
 
+/// Files and their texts.
+type Texts = Vec<(PathBuf, String)>;
+
 /// Every file of the VPN with its text, and what is damaged.
-fn wanted(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Vec<(PathBuf, String)>, Vec<String>)> {
+fn wanted(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Texts, Vec<String>)> {
     let (members, damaged) = members(tunnel, fleet)?;
     let addresses: Vec<Ipv4Addr> = members.iter().map(|member| member.address).collect();
     let mut wanted = tunnel.texts(fleet, &members)?;
