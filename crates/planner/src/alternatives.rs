@@ -9,7 +9,8 @@ use crate::boxes::Bounds;
 use crate::mesh::{Mesh, NONE};
 use crate::parts::Parts;
 use crate::plane::Point;
-use crate::search::{self, Effort, Place};
+use crate::room::SeaRoom;
+use crate::search::{Effort, Place};
 use crate::{Cancel, PlanError};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -41,7 +42,7 @@ pub(crate) struct Other {
 
 /// Up to so many other ways between two ends, of which `shortest` is the shortest; the shortest of them first.
 pub(crate) fn others(
-    mesh: &Mesh,
+    room: &SeaRoom,
     ends: [Place; 2],
     shortest: &[Point],
     most: usize,
@@ -50,11 +51,12 @@ pub(crate) fn others(
     if most == 0 {
         return Ok(Vec::new());
     }
+    let mesh = &room.mesh;
     let shores = shores(mesh);
     let longest_m = LONGEST * length_m(shortest);
     let mut found = Vec::new();
     for side in passages(mesh, &shores, shortest) {
-        let way = search::shortest_without(mesh, (ends[0], ends[1]), side, cancel)?;
+        let way = room.shortest(ends, Some(side), cancel)?;
         let of_use = way.filter(|(way, _)| length_m(way) <= longest_m);
         found.extend(of_use.map(|(way, effort)| Other { way, effort }));
     }

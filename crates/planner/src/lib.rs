@@ -47,6 +47,7 @@ mod joining;
 mod known;
 mod landmarks;
 mod lattice;
+mod learned;
 mod long;
 mod mesh;
 mod nearby;

@@ -1,7 +1,6 @@
 //! Open water as triangles.
 
 use crate::boxes::{Bounds, Boxes};
-use crate::landmarks::Learned;
 use crate::obstacles::{GridPoint, Pieces, metres};
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
@@ -39,8 +38,6 @@ pub(crate) struct Mesh {
     /// Whether it lies in a bay: all ways through it end.
     in_bay: Vec<bool>,
     tree: Boxes,
-    /// What makes searches quicker where one was long.
-    pub(crate) learned: Learned,
 }
 
 /// Each point once, in order.
@@ -94,7 +91,6 @@ impl Mesh {
         self.corners.len() * each
             + self.points.len() * (size_of::<Point>() + size_of::<bool>())
             + self.tree.bytes()
-            + self.learned.bytes()
     }
 
     /// Pieces of water, by number, of which a corner lies where `is_border` says.

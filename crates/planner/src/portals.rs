@@ -8,7 +8,7 @@ use crate::mesh::NONE;
 use crate::plane::Point;
 use crate::room::SeaRoom;
 use crate::tile::{BORDERS, Border, Tile};
-use crate::{Cancel, PlanError, search};
+use crate::{Cancel, PlanError};
 use std::collections::BTreeMap;
 
 /// A portal lies within one stretch of a border, between two of these shares of it. Stretches near corners are short: a way around
@@ -125,7 +125,7 @@ pub(crate) fn length_m(
     to: (Point, u32),
     cancel: &Cancel<'_>,
 ) -> Result<f64, PlanError> {
-    let found = search::shortest(&room.mesh, from, to, cancel)?;
+    let found = room.shortest([from, to], None, cancel)?;
     let length_m = |way: &[Point]| way.windows(2).map(|leg| leg[0].distance_m(leg[1])).sum();
     Ok(found.map_or(f64::INFINITY, |(way, _)| length_m(&way)))
 }

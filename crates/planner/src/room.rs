@@ -2,11 +2,13 @@
 
 use crate::Cancel;
 use crate::boxes::{Bounds, Boxes};
+use crate::learned::Learned;
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
 use crate::obstacles::{Cut, Pieces, SLACK_M, cut_out, joined, project};
 use crate::plane::{Plane, Point, sides};
 use crate::region::Region;
+use crate::search::{self, Found, Place};
 use crate::tile::Tiles;
 use crate::walls::Walls;
 use crate::zones::Zones;
@@ -23,6 +25,9 @@ pub(crate) const FAR_M: f64 = 5_000.0;
 const PIECE_M: f64 = 250.0;
 /// Points on each border of a box that is brought from the plane to the globe or back.
 const BORDER_POINTS: u32 = 16;
+
+/// A search of more intervals, which takes some milliseconds, asks for landmarks.
+const MANY_INTERVALS: usize = 10_000;
 
 /// Why sea room cannot be prepared.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -51,6 +56,7 @@ pub struct SeaRoom {
     plane: Plane,
     pub(crate) region: Region,
     pub(crate) mesh: Mesh,
+    pub(crate) learned: Learned,
     barriers: Vec<[Point; 2]>,
     tree: Boxes,
     /// How far from every barrier it keeps, without what is allowed for rounding and bowing (m).
@@ -178,6 +184,7 @@ impl SeaRoom {
             plane,
             region,
             mesh,
+            learned: Learned::default(),
             barriers,
             tree,
             cut_m,
@@ -208,7 +215,24 @@ impl SeaRoom {
 
     /// About how much memory it takes (bytes).
     pub fn bytes(&self) -> usize {
-        self.mesh.bytes() + self.tree.bytes() + self.barriers.len() * size_of::<[Point; 2]>()
+        self.mesh.bytes()
+            + self.learned.bytes()
+            + self.tree.bytes()
+            + self.barriers.len() * size_of::<[Point; 2]>()
+    }
+
+    /// The shortest way between two points of the room; if a side is closed, given by its corners, the shortest around it.
+    pub(crate) fn shortest(
+        &self,
+        ends: [Place; 2],
+        closed: Option<[u32; 2]>,
+        cancel: &Cancel<'_>,
+    ) -> Result<Found, PlanError> {
+        let found = search::shortest((&self.mesh, self.learned.landmarks()), ends, closed, cancel)?;
+        if found.as_ref().is_some_and(|(_, effort)| effort.intervals > MANY_INTERVALS) {
+            self.learned.ask_for(self.mesh.piece[ends[0].1 as usize]);
+        }
+        Ok(found)
     }
 
     /// Whether a piece of water may go on beyond the region.

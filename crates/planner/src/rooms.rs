@@ -134,7 +134,7 @@ impl Rooms {
     /// Water that is kept, in which a search was long and nothing was learned yet.
     pub(crate) fn to_learn(&self) -> Option<Arc<SeaRoom>> {
         let kept = self.lock();
-        kept.iter().rev().find(|one| one.room.mesh.learned.is_wanted()).map(|one| Arc::clone(&one.room))
+        kept.iter().rev().find(|one| one.room.learned.is_wanted()).map(|one| Arc::clone(&one.room))
     }
 
     /// The water for these needs; it is not kept.

@@ -332,7 +332,7 @@ impl Router {
     /// When it was called off; it can be asked for again.
     pub fn learn(&self, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
         let Some(room) = self.rooms.to_learn() else { return Ok(false) };
-        room.mesh.learned.learn(&room.mesh, cancel)?;
+        room.learned.learn(&room.mesh, cancel)?;
         Ok(true)
     }
 

@@ -4,7 +4,7 @@
 //! search over intervals of sides that are seen from a root, the last point at which the way bends. It finds the
 //! shortest way, whatever its angles. Triangles in bays are left out unless the way begins or ends there.
 
-use crate::landmarks::Towards;
+use crate::landmarks::{Landmarks, Towards};
 use crate::mesh::{Mesh, NONE};
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
@@ -17,9 +17,6 @@ const SAME_M: f64 = 1e-6;
 const IN_LINE: f64 = 1e-12;
 /// Steps between two looks at whether the answer is still wanted.
 const STEPS_BETWEEN_LOOKS: usize = 4_096;
-
-/// A search of more intervals, which takes some milliseconds, asks for landmarks.
-const MANY_INTERVALS: usize = 10_000;
 
 /// A point at which a way begins or bends.
 #[derive(Debug, Clone, Copy)]
@@ -106,25 +103,11 @@ pub(crate) type Found = Option<(Vec<Point>, Effort)>;
 /// A point and the triangle that holds it.
 pub(crate) type Place = (Point, u32);
 
-/// The shortest way between two points in these triangles; `None` if they lie in different pieces of water.
-pub(crate) fn shortest(mesh: &Mesh, from: Place, to: Place, cancel: &Cancel<'_>) -> Result<Found, PlanError> {
-    search(mesh, from, to, None, cancel)
-}
-
-/// The shortest way that does not pass a side, given by its corners; `None` where there is no other way.
-pub(crate) fn shortest_without(
-    mesh: &Mesh,
-    (from, to): (Place, Place),
-    side: [u32; 2],
-    cancel: &Cancel<'_>,
-) -> Result<Found, PlanError> {
-    search(mesh, from, to, Some(side), cancel)
-}
-
-fn search(
-    mesh: &Mesh,
-    (from, from_triangle): Place,
-    (to, to_triangle): Place,
+/// The shortest way between two points in these triangles that does not pass a side, given by its corners, if one is closed;
+/// `None` where there is no such way, as between different pieces of water.
+pub(crate) fn shortest(
+    (mesh, landmarks): (&Mesh, Option<&Landmarks>),
+    [(from, from_triangle), (to, to_triangle)]: [Place; 2],
     closed: Option<[u32; 2]>,
     cancel: &Cancel<'_>,
 ) -> Result<Found, PlanError> {
@@ -134,7 +117,7 @@ fn search(
     if from_triangle == to_triangle {
         return Ok(Some((vec![from, to], Effort::default())));
     }
-    let towards = mesh.learned.towards(mesh, to, to_triangle);
+    let towards = landmarks.map(|landmarks| landmarks.towards(mesh, to, to_triangle)).unwrap_or_default();
     let mut search = Search::new(mesh, (from, from_triangle));
     if !towards.is_empty() {
         search.rest_m = vec![f64::NAN; mesh.points.len()];
@@ -145,9 +128,6 @@ fn search(
     search.closed = closed;
     search.begin(from_triangle);
     let arrived = search.run(cancel)?;
-    if search.effort.intervals > MANY_INTERVALS {
-        mesh.learned.ask_for(mesh.piece[from_triangle as usize]);
-    }
     Ok(arrived.map(|arrived| search.way(arrived)))
 }
 

@@ -530,7 +530,7 @@ async fn rows_of_tables_are_given_to_no_link_to_no_stranger_and_of_no_other_vess
             "/api/v1/table" => (format!("{span}&series=TBRFishTag.SNR"), "TBRFishTag"),
             "/api/v1/table/detections" => (span.clone(), "S256-101"),
             "/api/v1/table/series" => (String::new(), "TBRFishTag"),
-            _ => (String::new(), "value"),
+            _ => (String::new(), "\"value\":"),
         };
         for query in [query.clone(), format!("{query}&vessel={FIRST:#06x}")] {
             let is_for_vessel = query.contains("vessel=");

@@ -110,7 +110,7 @@ mod tests {
     /// Texts of the same shape that are not actions: kinds of messages, and a setting.
     const OTHERS: [&str; 3] = ["alarm.over", "alarm.raised", "log.level"];
     /// Endings of files.
-    const FILES: [&str; 3] = [".html", ".ini", ".toml"];
+    const FILES: [&str; 4] = [".html", ".ini", ".lock", ".toml"];
 
     /// All texts in quotation marks that begin with the family of a known action, as `token.` is one.
     fn said(folder: &Path, families: &BTreeSet<&str>, all: &mut BTreeSet<String>) {

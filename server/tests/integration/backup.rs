@@ -201,7 +201,7 @@ fn a_backup_of_a_running_server_comes_back_whole_or_not_at_all() {
     fs::write(backup.join("backup.json"), manifest.replace("tls/ca-key.pem", "../ca-key.pem")).unwrap();
     nothing_appears("leads out of the backup");
     fs::remove_file(backup.join("backup.json")).unwrap();
-    nothing_appears("no whole backup");
+    nothing_appears("is not a whole backup");
     // The history is derived: a damaged file of it is rebuilt.
     fs::write(backup.join("backup.json"), manifest).unwrap();
     fs::write(lies(&backup, "history/2026-11.sqlite"), "no database").unwrap();

@@ -92,7 +92,9 @@ impl Witness {
                 });
                 std::thread::sleep(LOOK_EVERY);
             }
-            open.values().for_each(|file| spooled.add(&whole(file)));
+            for file in open.values() {
+                spooled.add(&whole(file));
+            }
             spooled
         });
         Self { done, thread }
