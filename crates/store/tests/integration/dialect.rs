@@ -331,10 +331,10 @@ fn what_there_is_not_is_refused_with_what_was_meant() {
     let only = |text: &str| field(text);
     for (selection, told) in [
         (messages(&["Rmp"]), "message: IMC has no message `Rmp`; did you mean `Rpm`"),
-        (entity("Moter - Port"), "entity: none is called `Moter - Port`; did you mean `Motor - Port`?"),
+        (entity("Moter - Port"), "entity: no entity is called `Moter - Port`; did you mean `Motor - Port`?"),
         (
             entity("Rudder"),
-            "entity: none is called `Rudder`; there are Motor - Port, Motor - Starboard; or give a number",
+            "entity: no entity is called `Rudder`; there are Motor - Port, Motor - Starboard; or give a number",
         ),
         (only("vaule"), "field: none of Rpm, EulerAngles has a field `vaule`; did you mean `value`?"),
         (
