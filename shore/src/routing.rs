@@ -19,8 +19,8 @@ use api::{
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
 use planner::{
-    Cancel, End, LegCost, Moved, Needs, Objective, Passable, Refusal, Request, Route, RouteLeg, Router,
-    Spent, Zone, Zones,
+    Cancel, End, LegCost, Moved, Needs, Objective, Passable, PlanError, Refusal, Request, Route, RouteLeg,
+    Router, Spent, Zone, Zones,
 };
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -43,6 +43,9 @@ const MOST_CLEARANCE_M: f64 = 500.0;
 
 /// For so long a route is looked for: the longest ways of a coast take half of it the first time.
 const MOST_TIME: Duration = Duration::from_secs(90);
+
+/// Longest that the water of a long search is learned.
+const LEARNING: Duration = Duration::from_secs(30);
 
 /// Plans routes; cheap to clone.
 #[derive(Clone, Default)]
@@ -104,7 +107,16 @@ impl Routing {
     fn learn(&self, set: Arc<Set>) {
         if let Some(spare) = self.turns.spare() {
             // Called off, it is tried again after the next route.
-            tokio::task::spawn_blocking(move || set.router.learn(&Cancel::unless(&|| spare.is_spare())));
+            tokio::task::spawn_blocking(move || {
+                let began = Instant::now();
+                let (is_spare, spent) = (|| spare.is_spare(), || began.elapsed());
+                match set.router.learn(&Cancel::unless(&is_spare).within(LEARNING, &spent)) {
+                    Ok(_) | Err(PlanError::Cancelled) => {}
+                    Err(error) => {
+                        tracing::warn!("routes: the water of a long search was not learned: {error}");
+                    }
+                }
+            });
         }
     }
 }

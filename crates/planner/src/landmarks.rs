@@ -44,7 +44,7 @@ impl Landmarks {
         let here = mesh.piece[triangle as usize] == self.piece;
         let lengths_m = if here { &self.lengths_m[..] } else { &[] };
         let kept = lengths_m.iter().map(|lengths_m| (&lengths_m[..], goal_m(lengths_m)));
-        Towards { kept: kept.filter(|(_, [_, most_m])| most_m.is_finite()).collect() }
+        Towards { kept: kept.filter(|(_, goal_m)| goal_m.iter().all(|one| one.is_finite())).collect() }
     }
 }
 

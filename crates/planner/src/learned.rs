@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 /// Places from which lengths are kept. Each takes a search over the whole piece, and four bytes for each corner of the mesh.
 const PLACES: usize = 8;
+
 /// What a room has learned of one piece of water: the first in which a search was long.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Learned {
@@ -27,10 +28,14 @@ impl Learned {
         self.wanted.get().is_some() && self.landmarks.get().is_none()
     }
 
-    /// Makes what is wanted; as much work as a dozen long searches.
+    /// Makes what is wanted, nothing where its time is used up; as much work as a dozen long searches.
     pub(crate) fn learn(&self, mesh: &Mesh, cancel: &Cancel<'_>) -> Result<(), PlanError> {
         if let Some(piece) = self.wanted.get().filter(|_| self.is_wanted()) {
-            let landmarks = landmarks(mesh, *piece, cancel)?;
+            let landmarks = match landmarks(mesh, *piece, cancel) {
+                // Water that is too large for its time is not tried again.
+                Err(PlanError::OutOfTime) => Landmarks::new(*piece, Vec::new()),
+                made => made?,
+            };
             // If another thread was faster, these are the same.
             self.landmarks.get_or_init(|| landmarks);
         }

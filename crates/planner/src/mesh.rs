@@ -2,10 +2,11 @@
 
 use crate::boxes::{Bounds, Boxes};
 use crate::obstacles::{GridPoint, Pieces, metres};
+use crate::parts::Parts;
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// No triangle.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -202,12 +203,46 @@ impl Mesh {
         let all = self.corners.iter();
         self.beyond =
             all.map(|corners| [0, 1, 2].map(|side| beyond(corners[(side + 1) % 3], corners[side]))).collect();
+        self.part_corners();
         self.find_bends();
+    }
+
+    /// Where two borders touch, the water on each side gets a corner of its own: what is known of the way to one says nothing
+    /// of the way to the other.
+    fn part_corners(&mut self) {
+        let number = |triangle: usize, side: usize| (3 * triangle + side) as u32;
+        let mut parts = Parts::new(3 * self.corners.len());
+        for (triangle, (corners, beyond)) in self.corners.iter().zip(&self.beyond).enumerate() {
+            for (side, next) in beyond.iter().enumerate().filter(|(_, next)| **next != NONE) {
+                for end in [side, (side + 1) % 3] {
+                    let other = self.corners[*next as usize].iter().position(|one| *one == corners[end]);
+                    if let Some(other) = other {
+                        parts.join(number(triangle, end), number(*next as usize, other), false);
+                    }
+                }
+            }
+        }
+        let mut first = vec![NONE; self.points.len()];
+        let mut further: BTreeMap<u32, u32> = BTreeMap::new();
+        for (triangle, corners) in self.corners.iter_mut().enumerate() {
+            for (end, corner) in corners.iter_mut().enumerate() {
+                let (at, part) = (*corner as usize, parts.of(number(triangle, end)));
+                if first[at] == NONE {
+                    first[at] = part;
+                } else if first[at] != part {
+                    let points = &mut self.points;
+                    *corner = *further.entry(part).or_insert_with(|| {
+                        points.push(points[at]);
+                        points.len() as u32 - 1
+                    });
+                }
+            }
+        }
     }
 
     /// A shortest way bends only around closed ground: where the border, with open water to its left, turns right.
     fn find_bends(&mut self) {
-        // By corner the one before it on the border; a corner that two borders touch may be bent at anyhow.
+        // By corner the one before it on the border.
         let mut before = vec![NONE; self.points.len()];
         let borders = || {
             self.corners.iter().zip(&self.beyond).flat_map(|(corners, beyond)| {
@@ -217,7 +252,6 @@ impl Mesh {
         };
         let mut bends = vec![false; self.points.len()];
         for (from, to) in borders() {
-            bends[to as usize] |= before[to as usize] != NONE;
             before[to as usize] = from;
         }
         let at = |corner: u32| self.points[corner as usize];
@@ -322,5 +356,39 @@ impl Piece {
             }
         }
         middle.map(|inside| Self { triangles, inside })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::search;
+
+    /// Two islands that touch at one point part the water to their north from that to their south.
+    #[test]
+    fn where_two_islands_touch_each_side_has_a_corner_of_its_own() {
+        let water = vec![[0, 0], [10_000, 0], [10_000, 6_000], [0, 6_000]];
+        let touch = [5_000, 3_000];
+        let west = vec![[1_000, 3_000], [3_000, 3_600], touch, [3_000, 2_400]];
+        let east = vec![[9_000, 3_000], [7_000, 2_400], touch, [7_000, 3_600]];
+        let never = Cancel::never();
+        let mesh = Mesh::new(vec![vec![water, west, east]], |_| true, &never).unwrap();
+        let touching = mesh.points.iter().filter(|at| **at == metres(touch)).count();
+        assert_eq!(touching, 2);
+        let place = |at: GridPoint| (metres(at), mesh.locate(metres(at)).unwrap());
+        let ends = [place([5_000, 2_950]), place([5_010, 3_050])];
+        let (way, _) = search::shortest((&mesh, None), ends, None, &never).unwrap().unwrap();
+        let length_m: f64 = way.windows(2).map(|leg| leg[0].distance_m(leg[1])).sum();
+        // Around the western tip, by way of the corners of that island.
+        let around =
+            [[5_000, 2_950], [3_000, 2_400], [1_000, 3_000], [3_000, 3_600], [5_010, 3_050]].map(metres);
+        let around_m: f64 = around.windows(2).map(|leg| leg[0].distance_m(leg[1])).sum();
+        assert!((length_m - around_m).abs() < 1e-6, "{length_m} m, around the island {around_m} m");
+        // Near the touching point, and far from there by sea.
+        let lengths_m = search::lengths_from(&mesh, ends[0].1, &never).unwrap();
+        let there = mesh.points.iter().zip(&lengths_m).filter(|(at, _)| **at == metres(touch));
+        let mut there: Vec<f64> = there.map(|(_, length_m)| *length_m).collect();
+        there.sort_by(f64::total_cmp);
+        assert!(there[1] > there[0] + 0.5 * around_m, "{there:?} m");
     }
 }

@@ -106,12 +106,10 @@ impl Rooms {
         let room = Arc::new(self.prepare(needs, &water, cancel)?);
         let mut kept = self.lock();
         // Only now: a preparation that is called off pushes no other room out.
-        while kept.len() >= self.most || !kept.is_empty() && bytes(&kept) + room.bytes() > MOST_BYTES {
-            // What a question works with stays: it may have up to three.
-            let unused = kept.iter().position(|one| Arc::strong_count(&one.room) == 1);
-            let Some(unused) = unused else { break };
-            kept.remove(unused);
-        }
+        let one_more = |kept: &[Kept]| {
+            kept.len() >= self.most || !kept.is_empty() && bytes(kept) + room.bytes() > MOST_BYTES
+        };
+        drop_while(&mut kept, one_more);
         kept.push(Kept { needs: *needs, zones: Arc::clone(&self.zones), water, room: Arc::clone(&room) });
         Ok(room)
     }
@@ -129,6 +127,11 @@ impl Rooms {
         let used = kept.remove(at);
         kept.push(used.clone());
         Some((used.water, used.room))
+    }
+
+    /// Drops rooms after one has learned, and so grown.
+    pub(crate) fn keep_within_bounds(&self) {
+        drop_while(&mut self.lock(), |kept| kept.len() > 1 && bytes(kept) > MOST_BYTES);
     }
 
     /// Water that is kept, in which a search was long and nothing was learned yet.
@@ -156,6 +159,16 @@ impl Rooms {
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Kept>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Drops the rooms that were not used for longest, as long as there are too many.
+fn drop_while(kept: &mut Vec<Kept>, is_too_much: impl Fn(&[Kept]) -> bool) {
+    while is_too_much(kept) {
+        // What a question works with stays: it may have up to three.
+        let unused = kept.iter().position(|one| Arc::strong_count(&one.room) == 1);
+        let Some(unused) = unused else { break };
+        kept.remove(unused);
     }
 }
 

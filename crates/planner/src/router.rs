@@ -333,6 +333,8 @@ impl Router {
     pub fn learn(&self, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
         let Some(room) = self.rooms.to_learn() else { return Ok(false) };
         room.learned.learn(&room.mesh, cancel)?;
+        drop(room);
+        self.rooms.keep_within_bounds();
         Ok(true)
     }
 

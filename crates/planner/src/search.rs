@@ -93,6 +93,8 @@ struct Search<'a> {
     /// By corner what landmarks say of the way to the goal (m), NaN where they were not asked; empty without landmarks.
     rest_m: Vec<f64>,
     steps: Vec<Step>,
+    /// Places in `steps` that wait for a step.
+    free: Vec<u32>,
     /// By length, whose bits order like itself.
     heap: BinaryHeap<Reverse<(u64, u32)>>,
     effort: Effort,
@@ -156,6 +158,7 @@ impl<'a> Search<'a> {
             seen_m: vec![f64::INFINITY; mesh.points.len()],
             rest_m: Vec::new(),
             steps: Vec::new(),
+            free: Vec::new(),
             heap: BinaryHeap::new(),
             effort: Effort::default(),
         }
@@ -176,7 +179,11 @@ impl<'a> Search<'a> {
         while let Some(Reverse((_, step))) = self.heap.pop() {
             match self.steps[step as usize] {
                 Step::Arrive { root, by } => return Ok(Some((root, by))),
-                Step::Through(interval) => self.follow(interval),
+                Step::Through(interval) => {
+                    // Its place is for the next one: a search over all water holds only the border of what it has seen.
+                    self.free.push(step);
+                    self.follow(interval);
+                }
             }
             if self.effort.intervals.is_multiple_of(STEPS_BETWEEN_LOOKS) {
                 cancel.check()?;
@@ -408,8 +415,15 @@ impl<'a> Search<'a> {
     }
 
     fn push(&mut self, length_m: f64, step: Step) {
-        self.steps.push(step);
-        self.heap.push(Reverse((length_m.to_bits(), self.steps.len() as u32 - 1)));
+        self.effort.waiting += 1;
+        let number = if let Some(free) = self.free.pop() {
+            self.steps[free as usize] = step;
+            free
+        } else {
+            self.steps.push(step);
+            self.steps.len() as u32 - 1
+        };
+        self.heap.push(Reverse((length_m.to_bits(), number)));
     }
 
     fn way(&self, (root, by): Arrived) -> (Vec<Point>, Effort) {
@@ -421,7 +435,7 @@ impl<'a> Search<'a> {
         }
         way.reverse();
         way.dedup_by(|one, other| one.distance_m(*other) < SAME_M);
-        (way, Effort { waiting: self.steps.len(), ..self.effort })
+        (way, self.effort)
     }
 }
 

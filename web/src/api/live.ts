@@ -15,6 +15,8 @@ const BEGIN_MS = 10_000;
 const LOOK_MS = 250;
 /** A stop does not wait so long for a connection that does not begin, or for one that says nothing after the stop was sent by it. */
 const HURRY_MS = 1_500;
+/** Each further connection for a stop has twice the time, up to this, ms: on a slow link one must come about in the end. */
+const LONGEST_HURRY_MS = 6_000;
 /** The server says within this whether somebody is still logged in, ms. */
 const LOGIN_MS = 8_000;
 const FIRST_WAIT_MS = 500;
@@ -48,6 +50,8 @@ export class Live {
   private readonly stops = new Map<string, { stop: LiveStop; untilMs: number }>();
   /** When the present connection was begun, ms of the steady clock, and until when the next one waits. */
   private begunMs = 0;
+  /** How long a stop waits for a connection. */
+  private patienceMs = HURRY_MS;
   private pause: number | undefined;
 
   constructor(
@@ -75,15 +79,8 @@ export class Live {
   stop(stop: LiveStop): void {
     const untilMs = this.stops.get(stop.key)?.untilMs ?? Date.now() + STOP_WANTED_MS;
     this.stops.set(stop.key, { stop, untilMs });
-    if (this.socket?.readyState !== WebSocket.OPEN) return this.hurry();
-    this.say({ stop });
-    const [socket, saidMs] = [this.socket, performance.now()];
-    window.setTimeout(() => {
-      if (socket !== this.socket || !this.stops.has(stop.key) || (this.heardMs ?? 0) > saidMs) return;
-      // Most likely it is dead, and the silence that shows it for certain is too long for a stop.
-      this.again();
-      this.hurry();
-    }, HURRY_MS);
+    if (this.socket?.readyState === WebSocket.OPEN) this.sayStop(stop);
+    else this.hurry();
   }
 
   /** A stop needs no answer by this way any more. */
@@ -94,10 +91,24 @@ export class Live {
   /** Somebody waits for a connection: a new one is tried in place of one that does not begin. */
   hurry(): void {
     if (this.ended || this.socket?.readyState === WebSocket.OPEN) return;
-    if (this.socket && performance.now() - this.begunMs < HURRY_MS) return;
+    if (this.socket && performance.now() - this.begunMs < this.patienceMs) return;
     const old = this.socket;
+    if (old) this.patienceMs = Math.min(2 * this.patienceMs, LONGEST_HURRY_MS);
     this.connect();
     old?.close();
+  }
+
+  /** By the connection that is open; by a new one if nothing is heard on it soon. */
+  private sayStop(stop: LiveStop): void {
+    this.say({ stop });
+    const [socket, saidMs] = [this.socket, performance.now()];
+    window.setTimeout(() => {
+      if (socket !== this.socket || !this.stops.has(stop.key) || (this.heardMs ?? 0) > saidMs) return;
+      // Most likely it is dead, and the silence that shows it for certain is too long for a stop.
+      this.again();
+      this.hurry();
+      this.patienceMs = Math.min(2 * this.patienceMs, LONGEST_HURRY_MS);
+    }, this.patienceMs);
   }
 
   private say(request: LiveRequest): void {
@@ -116,7 +127,7 @@ export class Live {
     this.watch(BEGIN_MS);
     socket.onopen = () => {
       if (socket !== this.socket) return;
-      for (const { stop, untilMs } of this.stops.values()) if (Date.now() < untilMs) this.say({ stop });
+      for (const { stop, untilMs } of this.stops.values()) if (Date.now() < untilMs) this.sayStop(stop);
       this.say({ subscribe: { ...this.subscription, compact: true } });
     };
     const leave = (): void => {
@@ -140,6 +151,7 @@ export class Live {
     // Behind this one others wait that are old too; a new connection begins with the present.
     if (cameMs - dueMs > SILENCE_MS) return this.again();
     this.wait = FIRST_WAIT_MS;
+    this.patienceMs = HURRY_MS;
     this.heardMs = cameMs;
     this.watch(SILENCE_MS);
     this.handlers.frame(frame, dueMs);

@@ -102,7 +102,7 @@ function Above({ page, may, vessels }: { readonly page: Page; readonly may: bool
       <section>
         <h2>{label}</h2>
         <RegisterForm key={entry?.id ?? "new"} kind={kind} entry={entry} entries={page.all} vessels={vessels} label={label} send={(draft) => page.send(draft, entry)} cancel={page.close} />
-        {entry && <div class="row"><TwoStep word={t("Delete")} kind="danger" question={t("Delete {name} from the register?", { name: nameOf(entry.record) })} act={() => void page.remove(entry)} /></div>}
+        {entry && <div class="row"><TwoStep key={entry.id} word={t("Delete")} kind="danger" question={t("Delete {name} from the register?", { name: nameOf(entry.record) })} act={() => void page.remove(entry)} /></div>}
       </section>
     );
   }

@@ -316,8 +316,10 @@ impl Terms<'_> {
         let request = self.request(place("from", pair.from)?, place("to", pair.to)?);
         let needs = self.needs(pair.min_depth, pair.clearance);
         needs.validate().map_err(|error| error.to_string())?;
-        // Where the search for a pair before this one was long, as preparing is: the pairs after it gain.
-        self.router.learn(&Cancel::never()).map_err(|error| error.to_string())?;
+        let began = Instant::now();
+        let spent = || began.elapsed();
+        // Where the search for an earlier pair was long, the further ones gain by it. Like preparing water it is done once.
+        self.router.learn(&self.cancel(&spent)).map_err(|error| error.to_string())?;
         let began = Instant::now();
         let spent = || began.elapsed();
         let answer = self.router.route(&request, &needs, &self.cancel(&spent));
