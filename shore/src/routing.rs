@@ -103,7 +103,7 @@ impl Routing {
         answer
     }
 
-    /// Makes the next routes quicker where a search was long, while nobody waits for a route.
+    /// Makes the next routes quicker where a search was long, while no route is asked for.
     fn learn(&self, set: Arc<Set>) {
         if let Some(spare) = self.turns.spare() {
             // Called off, it is tried again after the next route.

@@ -326,7 +326,7 @@ impl Router {
     }
 
     /// Makes searches quicker in water in which one was long, all around headlands and through islands. It takes as long as a
-    /// dozen of these searches, so ask for it when nobody waits for a route. Whether there was something to learn.
+    /// dozen of these searches, so ask for it when no route is waited for. Whether there was something to learn.
     ///
     /// # Errors
     /// When it was called off; it can be asked for again.

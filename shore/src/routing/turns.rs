@@ -33,7 +33,7 @@ pub(super) struct Taken {
     _working: OwnedSemaphorePermit,
 }
 
-/// A turn that nobody asked for, until it is dropped.
+/// A turn for the server's own work, until it is dropped.
 pub(super) struct Spare {
     _working: OwnedSemaphorePermit,
     working: Arc<Semaphore>,

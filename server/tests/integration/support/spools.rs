@@ -75,7 +75,7 @@ pub(crate) struct Witness {
 }
 
 impl Witness {
-    /// Of the spools in the data folder of an agent, which need not be there yet.
+    /// Of the spools in the data folder of an agent, which may not be there yet.
     pub(crate) fn of(data: &Path) -> Self {
         let (folder, done) = (data.join("spool"), Arc::new(AtomicBool::new(false)));
         let is_done = Arc::clone(&done);
