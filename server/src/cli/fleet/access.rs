@@ -142,10 +142,10 @@ pub(super) fn take(data: &Path, files: &Files, name: &str) -> anyhow::Result<Vec
 fn by_hand(kind: VpnKind, name: &str) -> String {
     match kind {
         VpnKind::WireGuard => format!(
-            "take the [Peer] of {name} out of /etc/wireguard/lutra.conf by hand and `sudo systemctl restart wg-quick@lutra`"
+            "take the [Peer] of {name} out of /etc/wireguard/lutra.conf by hand and `sudo systemctl try-restart wg-quick@lutra`"
         ),
         VpnKind::OpenVpn => format!(
-            "refuse it by hand: `sudo rm -f /etc/openvpn/server/lutra.ccd/{name} && sudo systemctl restart openvpn-server@lutra`"
+            "refuse it by hand: `sudo rm -f /etc/openvpn/server/lutra.ccd/{name} && sudo systemctl try-restart openvpn-server@lutra`"
         ),
     }
 }

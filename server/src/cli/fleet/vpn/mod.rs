@@ -94,6 +94,8 @@ pub(super) struct Leftover {
     kind: VpnKind,
     pub(super) names: Vec<String>,
     paths: Vec<PathBuf>,
+    /// Folders that held them.
+    folders: Vec<PathBuf>,
 }
 
 impl Leftover {
@@ -101,7 +103,9 @@ impl Leftover {
         let kind = fleet.other();
         let tunnel = of(kind, files);
         let names = tunnel.names()?;
-        Ok(Self { kind, names, paths: tunnel.written().into_iter().filter(|path| path.exists()).collect() })
+        let written = tunnel.written();
+        let paths = written.iter().map(|path| own(path)).collect::<anyhow::Result<Vec<_>>>()?.concat();
+        Ok(Self { kind, names, paths, folders: written.into_iter().filter(|path| path.is_dir()).collect() })
     }
 
     pub(super) const fn is_empty(&self) -> bool {
@@ -125,14 +129,33 @@ impl Leftover {
         self.remove_files()
     }
 
-    /// Removes the files for root alone.
+    /// Removes the files for root alone, and the folder that they were in if nothing else is in it.
     pub(super) fn remove_files(&self) -> anyhow::Result<()> {
         for path in &self.paths {
             let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
             removed.with_context(|| format!("cannot remove {}", path.display()))?;
         }
+        for folder in &self.folders {
+            let is_empty = fs::read_dir(folder).is_ok_and(|mut all| all.next().is_none());
+            if is_empty {
+                fs::remove_dir(folder).with_context(|| format!("cannot remove {}", folder.display()))?;
+            }
+        }
         Ok(())
     }
+}
+
+/// What Lutra wrote at a path: the file, or of a folder its own files alone. Where a person chose the place, the folder may hold
+/// the keys of other tunnels.
+fn own(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(path.exists().then(|| path.to_owned()).into_iter().collect());
+    }
+    let all = fs::read_dir(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut own = all.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<PathBuf>>>()?;
+    own.retain(|path| path.file_stem().is_some_and(|stem| stem == provision::INTERFACE));
+    own.sort();
+    Ok(own)
 }
 
 /// Where root's copy of the firewall's rules is loaded from.
@@ -252,4 +275,33 @@ fn stale(folder: &Path, wanted: &[(PathBuf, String)]) -> anyhow::Result<Vec<Path
     }
     stale.sort();
     Ok(stale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_other_tunnels_in_the_chosen_folder_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let chosen = folder.path().join("openvpn");
+        fs::create_dir_all(chosen.join("lutra.ccd")).unwrap();
+        for name in ["lutra.conf", "lutra.crl", "office.key", "lutra.ccd/otter-1"] {
+            fs::write(chosen.join(name), name).unwrap();
+        }
+        let leftover = |paths: Vec<PathBuf>| Leftover {
+            kind: VpnKind::OpenVpn,
+            names: Vec::new(),
+            paths,
+            folders: vec![chosen.clone()],
+        };
+        let found = own(&chosen).unwrap();
+        assert_eq!(found, ["lutra.ccd", "lutra.conf", "lutra.crl"].map(|name| chosen.join(name)));
+        leftover(found).remove_files().unwrap();
+        assert!(chosen.join("office.key").exists() && !chosen.join("lutra.ccd").exists());
+        assert_eq!(own(&chosen).unwrap(), Vec::<PathBuf>::new(), "nothing more is left to remove");
+        fs::remove_file(chosen.join("office.key")).unwrap();
+        leftover(Vec::new()).remove_files().unwrap();
+        assert!(!chosen.exists());
+    }
 }

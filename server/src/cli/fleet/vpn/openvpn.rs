@@ -166,7 +166,7 @@ impl OpenVpn<'_> {
         issued.check(&self.issued_path())?;
         ensure!(
             !own.is_empty() || self.kept(name).is_ok(),
-            "{} is damaged, and an earlier version made its certificate, which is in no list: bring the file back from a backup;              without one remove {}, and `lutra-server fleet apply` makes a new authority: every boat then needs a new bundle",
+            "{} is damaged, and an earlier version made its certificate, which is in no list: bring the file back from a backup; without one remove {}, and `lutra-server fleet apply` makes a new authority: every boat then needs a new bundle",
             self.path(name).display(),
             self.shore_path().display()
         );
