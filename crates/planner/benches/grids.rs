@@ -6,10 +6,17 @@
 #![expect(clippy::unwrap_used, reason = "a bench fails where it unwraps nothing")]
 #![expect(clippy::print_stdout, reason = "this is what it is for")]
 
+#[path = "common/grid.rs"]
+mod grid;
+#[path = "common/memory.rs"]
+mod memory;
+
 use charts::depth_index::{DepthIndex, IndexBuilder};
-use charts::s57::{Area, GeoPoint, Path};
-use planner::classic::{ClassicGrid, Neighbours};
+use charts::s57::{Area, GeoPoint, Path as Ring};
+use memory::memory;
+use planner::classic::ClassicGrid;
 use planner::{Cancel, Needs, Request, Route, Router};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use testkit::Numbers;
@@ -166,7 +173,7 @@ impl Made {
                 let [lat_deg, lon_deg] = Self::degrees(*at);
                 GeoPoint { lat_deg, lon_deg }
             });
-            Area { exteriors: vec![Path { points: points.collect(), edges: Vec::new() }], holes: Vec::new() }
+            Area { exteriors: vec![Ring { points: points.collect(), edges: Vec::new() }], holes: Vec::new() }
         };
         let land: Vec<Area> = self.land.iter().map(area).collect();
         let sea = testkit::sea::open_water([west, south, east, north], 100.0);
@@ -240,41 +247,11 @@ fn by_grid(water: &Made, index: &DepthIndex, requests: &[Request]) {
         memory()
     );
     for (number, request) in requests.iter().enumerate() {
-        for (name, neighbours) in [("8", Neighbours::Eight), ("16", Neighbours::Sixteen)] {
-            let begun = Instant::now();
-            let route = grid.route(request.from, request.to, neighbours, 1.0).unwrap();
-            println!(
-                "  A* with {name} neighbours: {:.1} m, {:.0} ms, {} opened, {} closed",
-                route.length_m,
-                begun.elapsed().as_secs_f64() * 1e3,
-                route.opened,
-                route.closed
-            );
+        let ends = [request.from, request.to];
+        grid::by_a_star(&grid, ends);
+        if let Some(folder) = std::env::var_os("LUTRA_GRIDS") {
+            let file = Path::new(&folder).join(format!("{}-{number}", water.name));
+            grid::write(&file, &grid, water.spacing_m, ends);
         }
-        write(water, &grid, number, request);
     }
-}
-
-/// A line of JSON, then a byte for each cell: 1 where it is open.
-fn write(water: &Made, grid: &ClassicGrid, number: usize, request: &Request) {
-    let Some(folder) = std::env::var_os("LUTRA_GRIDS") else { return };
-    let ([columns, rows], open) = grid.cells();
-    let [from, to] = [request.from, request.to].map(|end| grid.cell_of(end).unwrap());
-    let head = serde_json::json!({
-        "columns": columns, "rows": rows, "spacing_m": water.spacing_m, "from": from, "to": to
-    });
-    let mut bytes = format!("{head}\n").into_bytes();
-    bytes.extend(open.iter().map(|open| u8::from(*open)));
-    let file = format!("{}-{number}", water.name);
-    std::fs::write(std::path::Path::new(&folder).join(file), bytes).unwrap();
-}
-
-/// Memory of this process now and at most, as Linux reports it.
-fn memory() -> String {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mib = |name: &str| {
-        let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
-        line.trim().trim_end_matches(" kB").parse::<u64>().unwrap_or(0) >> 10
-    };
-    format!("{} MiB, at most {} MiB", mib("VmRSS:"), mib("VmHWM:"))
 }

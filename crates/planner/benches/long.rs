@@ -6,9 +6,13 @@
 #![expect(clippy::unwrap_used, reason = "a bench fails where it unwraps nothing")]
 #![expect(clippy::print_stdout, reason = "this is what it is for")]
 
+#[path = "common/memory.rs"]
+mod memory;
+
 use charts::coverage::Source;
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Area, Cell, Feature, GeoPoint, Geometry, NamedBytes, Path};
+use memory::memory;
 use planner::{Cancel, Needs, Request, Route, Router};
 use std::sync::Arc;
 use std::time::Instant;
@@ -124,14 +128,4 @@ fn moved(feature: &Feature, [north_deg, east_deg]: [f64; 2]) -> Feature {
         }
     };
     Feature { geometry, ..feature.clone() }
-}
-
-/// Memory of this process now and at most, as Linux tells it.
-fn memory() -> String {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mib = |name: &str| {
-        let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
-        line.trim().trim_end_matches(" kB").parse::<u64>().unwrap_or(0) >> 10
-    };
-    format!("{} MiB, at most {} MiB", mib("VmRSS:"), mib("VmHWM:"))
 }

@@ -6,9 +6,12 @@
 #![expect(clippy::unwrap_used, reason = "a bench fails where it unwraps nothing")]
 #![expect(clippy::print_stdout, reason = "this is what it is for")]
 
+#[path = "common/grid.rs"]
+mod grid;
+
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Area, Cell, GeoPoint, NamedBytes, Path};
-use planner::classic::{ClassicGrid, Neighbours};
+use planner::classic::ClassicGrid;
 use planner::{Cancel, Needs, Refusal, Request, Route, Router, SeaRoom};
 use std::path::Path as FilePath;
 use std::sync::Arc;
@@ -224,33 +227,9 @@ fn across_trondelag(index: &Arc<DepthIndex>) {
     let prepared = begun.elapsed();
     println!("  classic grid of 100 m: {} open cells in {:.1} s", grid.open_cells(), prepared.as_secs_f64());
     if let Some(file) = std::env::var_os("LUTRA_GRID") {
-        write_grid(FilePath::new(&file), &grid, moved);
+        grid::write(FilePath::new(&file), &grid, 100.0, moved);
     }
-    for (name, neighbours) in [("8", Neighbours::Eight), ("16", Neighbours::Sixteen)] {
-        let begun = Instant::now();
-        let Some(route) = grid.route(moved[0], moved[1], neighbours, 1.0) else {
-            println!("  no way on the grid");
-            continue;
-        };
-        println!(
-            "  A* with {name} neighbours: {:.1} m, {:.0} ms, {} opened, {} closed",
-            route.length_m,
-            begun.elapsed().as_secs_f64() * 1e3,
-            route.opened,
-            route.closed
-        );
-    }
-}
-
-/// A line of JSON, then a byte for each cell: 1 where it is open.
-fn write_grid(file: &FilePath, grid: &ClassicGrid, ends: [LatLon; 2]) {
-    let ([columns, rows], open) = grid.cells();
-    let [from, to] = ends.map(|end| grid.cell_of(end).unwrap());
-    let head =
-        serde_json::json!({ "columns": columns, "rows": rows, "spacing_m": 100.0, "from": from, "to": to });
-    let mut bytes = format!("{head}\n").into_bytes();
-    bytes.extend(open.iter().map(|open| u8::from(*open)));
-    std::fs::write(file, bytes).unwrap();
+    grid::by_a_star(&grid, moved);
 }
 
 fn of_cells(folder: &FilePath, names: &[&str]) -> Arc<DepthIndex> {

@@ -332,6 +332,18 @@ fn a_damaged_list_holds_up_no_other_part_of_a_revocation_which_can_be_run_again(
 }
 
 #[test]
+fn a_revocation_without_the_servers_key_says_that_the_vpn_still_lets_the_boat_in() {
+    let ashore = Ashore::new(&by_openvpn(TWO));
+    ashore.apply(&[]);
+    fs::remove_file(ashore.data().join("fleet/openvpn.key")).unwrap();
+    let output = ashore.try_to(&["fleet", "revoke", "otter-1"]);
+    let text = said(&output);
+    assert!(!output.status.success() && text.contains("otter-1: 1 link token revoked"), "{text}");
+    assert!(text.contains("the server's key of the VPN is not there"), "{text}");
+    assert!(text.contains("rm -f /etc/openvpn/server/lutra.ccd/otter-1"), "{text}");
+}
+
+#[test]
 fn a_fleet_that_goes_over_to_the_other_kind_of_vpn_leaves_no_key_of_the_first_one_good() {
     let ashore = Ashore::new(TWO);
     ashore.apply(&[]);

@@ -423,6 +423,7 @@ async fn a_season_in_fast_motion_loses_nothing_and_doubles_nothing() {
     }
     for (boat, count) in boats.iter().zip(&counts) {
         assert!(count.lost == 0 && count.twice == 0, "{}: {count:?}", boat.name);
+        assert!(count.accepted > 300, "{}: the witness saw too little: {count:?}", boat.name);
         assert!(count.compared > 300 && count.sailed_m > SAILED_M, "{}: {count:?}", boat.name);
     }
 }

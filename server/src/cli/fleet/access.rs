@@ -102,7 +102,15 @@ fn update(files: &Files, name: &str) -> anyhow::Result<Vec<String>> {
         );
     }
     Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
-    Ok(written.damaged)
+    let mut damaged = written.damaged;
+    if !vpn::of(fleet.vpn.kind, files).has_shore()? {
+        damaged.push(format!(
+            "the server's key of the VPN is not there, so nothing was written that refuses {name}: bring it back from a backup and run \
+             this again; until then {}",
+            by_hand(fleet.vpn.kind, name)
+        ));
+    }
+    Ok(damaged)
 }
 
 /// Ends a vessel's access, part by part: what fails holds up no other part. The caller updates the files of the VPN.

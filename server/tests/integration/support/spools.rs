@@ -92,6 +92,7 @@ impl Witness {
                 });
                 std::thread::sleep(LOOK_EVERY);
             }
+            look(&folder, &mut open);
             for file in open.values() {
                 spooled.add(&whole(file));
             }
