@@ -132,6 +132,22 @@ await inBrowser(async (open) => {
   await page.getByText(/refused by the chart/).waitFor();
   await look(page, "chart-none-here");
 
+  // While its tiles are on their way, nothing says that there is no chart.
+  let [release, held] = [() => undefined, 0];
+  const released = new Promise((done) => (release = done));
+  await page.route("**/api/v1/chart/tiles/**", async (route) => {
+    held += 1;
+    await released;
+    await route.continue();
+  });
+  await draw("near", [lat_deg - 0.002, lon_deg - 0.004], [lat_deg + 0.002, lon_deg + 0.004]);
+  await page.locator(".chart-note").getByText("Loading the chart …").waitFor();
+  check(held > 0, "tiles are held back");
+  release();
+  await page.locator(".chart-note").getByText("Loading the chart …").waitFor({ state: "hidden" });
+  check(!(await page.locator(".chart-note").getByText("No chart here").isVisible()), "the chart is there once its tiles are");
+  await page.unroute("**/api/v1/chart/tiles/**");
+
   // The fleet has it too.
   await page.goto(url);
   await page.locator(".chart-credit").getByText("NOT FOR NAVIGATION").waitFor();

@@ -77,7 +77,7 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
     heard: never ? t("not heard since the server started") : tame(system.transports.length ? t("heard {age} ago by {ways}", { age: age(heardS), ways: transportNames(system.transports) }) : t("heard {age} ago", { age: age(heardS) }), MOST),
     doing: told(doing(mode, plan), mode.ageS !== null && (mode.old || !linked)),
     plan: told(runs(plan) ? plan.note : "", plan.old || !linked),
-    progress: told(progressText(plan, progress, legs), plan.old || !linked),
+    progress: told(progressText(plan, progress, legs, t("progress not reported")), plan.old || !linked),
     speed: here(fix ? knots(fix.speed_mps) : undefined),
     heading: here(fix ? bearing(fix.heading_rad) : undefined),
     battery: { ...of(battery, battery.value === null ? "—" : `${battery.value.toFixed(0)} %`), low: battery.value !== null && battery.value < LOW },

@@ -50,10 +50,10 @@ export function whyText({ word, note }: Pick<Reading, "word" | "note">): string 
   return word.toUpperCase() === "ERROR" ? t("after an order to stop") : t("last plan ended by a stop");
 }
 
-/** How far the plan is: the maneuver and how many there are, else its share; empty while none runs. */
-export function progressText(plan: Pick<Reading, "word">, progress: Pick<Reading, "value" | "note">, legs: readonly Leg[] | undefined): string {
+/** How far the plan is: the maneuver and how many there are, else its share, `unknown` before the vessel says either; empty while none runs. */
+export function progressText(plan: Pick<Reading, "word">, progress: Pick<Reading, "value" | "note">, legs: readonly Leg[] | undefined, unknown = t("not reported")): string {
   if (!runs(plan)) return "";
   const at = legs?.findIndex(({ id }) => id === progress.note) ?? -1;
   if (legs && at >= 0) return t("{at} of {all}", { at: at + 1, all: legs.length });
-  return progress.value === null ? t("not reported") : `${progress.value.toFixed(0)} %`;
+  return progress.value === null ? unknown : `${progress.value.toFixed(0)} %`;
 }

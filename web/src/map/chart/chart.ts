@@ -22,6 +22,8 @@ import { DepthUnderPointer } from "./under";
 const AGAIN_MS = 60_000;
 /** After tiles did not come the server is asked again this much later, and twice as much each time, ms. */
 const LOST_MS = 3_000;
+/** Tiles that are on their way for longer are spoken of, ms: on a good line each move of the map would flash words. */
+const LOADING_MS = 700;
 /** Objects this near to a click are told, px. */
 const NEAR_PX = 14;
 /** Farther than this nobody meant, m. */
@@ -65,6 +67,8 @@ class Chart implements ChartOnMap {
   /** Until tiles that did not come are asked for again. */
   private patience = LOST_MS;
   private waiting: number | undefined;
+  /** Until tiles that are still on their way are spoken of. */
+  private loading: number | undefined;
   private asked = new AbortController();
 
   constructor(private readonly map: OlMap, private readonly box: HTMLElement, { tools, clicks }: ChartPlace, private readonly mark: Mark, private readonly vessel: number | undefined) {
@@ -104,6 +108,7 @@ class Chart implements ChartOnMap {
   dispose(): void {
     window.clearInterval(this.again);
     window.clearTimeout(this.waiting);
+    window.clearTimeout(this.loading);
     this.own?.dispose();
     this.asked.abort();
   }
@@ -129,11 +134,22 @@ class Chart implements ChartOnMap {
     const [, lat = 0] = toLonLat(this.map.getView().getCenter() ?? [0, 0]);
     this.styles.latitude(lat);
     this.due = true;
+    this.doubt();
+  }
+
+  /** What was said of another place or zoom does not stand over this one while its tiles are on their way. */
+  private doubt(): void {
+    window.clearTimeout(this.loading);
+    if (!this.chart?.set || this.waiting !== undefined) return;
+    if (this.layers.scaleAt(this.map.getView().getCenter() ?? [0, 0]) !== undefined) return this.tell();
+    show(this.note, "");
+    this.loading = window.setTimeout(() => this.due && show(this.note, t("Loading the chart …")), LOADING_MS);
   }
 
   /** What must be said of the chart in view. */
   private tell(): void {
     const { chart, map } = this;
+    window.clearTimeout(this.loading);
     if (!chart) return;
     if (chart.set === null) {
       show(this.note, chart.trouble ? t("The chart cannot be used: {trouble}", { trouble: chart.trouble }) : t("No chart: depths are not known and nothing is checked against them. Import one on the server: lutra-server chart import FOLDER"));
