@@ -64,6 +64,8 @@ class Chart implements ChartOnMap {
   private readonly again: number;
   /** Whether something in view may have to be told again once all is drawn. */
   private due = true;
+  /** Whether the map was drawn since other tiles were wanted: what it finished before says nothing of them. */
+  private drawn = false;
   /** Until tiles that did not come are asked for again. */
   private patience = LOST_MS;
   private waiting: number | undefined;
@@ -119,6 +121,7 @@ class Chart implements ChartOnMap {
     map.on("moveend", () => this.moved());
     // Before all tiles are there, nobody knows that something is missing.
     map.on("rendercomplete", () => {
+      if (!this.drawn) return;
       if (this.due) this.tell();
       this.due = false;
     });
@@ -184,6 +187,7 @@ class Chart implements ChartOnMap {
   /** Draws another chart set than before. */
   private begin(next: ChartSet): void {
     this.layers.show(next);
+    this.redraw();
     this.box.toggleAttribute("data-chart", next.set !== null);
     for (const tool of [this.options.tool, this.here]) tool.hidden = next.set === null;
     this.drawSafety();
@@ -201,8 +205,17 @@ class Chart implements ChartOnMap {
       this.patience = Math.min(AGAIN_MS, 2 * this.patience);
       const before = this.chart?.set;
       if (!(await this.learn())) return this.lost();
-      if (this.chart?.set === before) this.layers.again();
+      if (this.chart?.set !== before) return;
+      this.layers.again();
+      this.redraw();
     }, this.patience);
+  }
+
+  /** Other tiles are wanted from the next picture on. */
+  private redraw(): void {
+    this.drawn = false;
+    this.map.once("postrender", () => (this.drawn = true));
+    this.map.render();
   }
 
   private drawSafety(): void {
