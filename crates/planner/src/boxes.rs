@@ -33,8 +33,12 @@ impl Bounds {
         }
     }
 
-    fn contains(&self, at: Point) -> bool {
+    pub(crate) fn contains(&self, at: Point) -> bool {
         (self.min.x..=self.max.x).contains(&at.x) && (self.min.y..=self.max.y).contains(&at.y)
+    }
+
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        self.distance_m(other) == 0.0
     }
 
     /// Distance to another box (m), 0 where they meet.

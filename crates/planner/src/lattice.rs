@@ -2,8 +2,9 @@
 //!
 //! A way of the least cost bends where conditions change, so anywhere. Its points are taken from a square grid over the
 //! open water in reach, whose spacing follows from the area of that water and the number of points; from the corners
-//! round which ways bend, of the water itself and of the water that is preferred; and from the ways that are known
-//! already. In reach is what lies in the ellipse around start and goal that a way must not leave to be better.
+//! round which ways bend, of the water itself, of the water that is preferred and of areas with speed limits; and from the
+//! ways that are known already. In reach is what lies in the ellipse around start and goal that a way must not leave to be
+//! better.
 
 use crate::boxes::Bounds;
 use crate::mesh::Mesh;
@@ -148,6 +149,8 @@ impl Lattice {
                 corners.drain(known..).filter(|at| room.mesh.locate(*at).is_some()).collect();
             corners.extend(open);
         }
+        let limits = sailing.limits.corners();
+        corners.extend(limits.filter(|at| reach.holds(*at) && room.mesh.locate(*at).is_some()));
         let mut size_m = 0.5 * self.spacing_m;
         let origin = self.bounds.min;
         loop {

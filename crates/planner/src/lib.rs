@@ -48,6 +48,7 @@ mod known;
 mod landmarks;
 mod lattice;
 mod learned;
+mod limits;
 mod long;
 mod mesh;
 mod nearby;

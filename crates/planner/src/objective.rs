@@ -6,6 +6,7 @@
 //! preferred, or nearer to what closes it, counts as so many times more.
 
 use crate::currents::{Currents, Flow, made_good_mps};
+use crate::limits::{Limits, Piece};
 use crate::needs::{Needs, NeedsError};
 use crate::plane::{Plane, Point};
 use crate::zones::Zone;
@@ -141,8 +142,6 @@ pub(crate) struct Spot {
     pub(crate) north: Point,
     /// How many times as much it costs here.
     pub(crate) factor: f64,
-    /// Greatest speed (m/s).
-    pub(crate) most_mps: f64,
 }
 
 /// What a part of a way costs.
@@ -226,12 +225,6 @@ impl Objective {
         1.0 + (self.preferences.factor - 1.0) * unmet as f64
     }
 
-    /// The greatest speed at a place (m/s).
-    pub(crate) fn limit_mps(&self, place: LatLon) -> f64 {
-        let here = self.limits.iter().filter(|limit| limit.zone.holds(place));
-        here.map(|limit| limit.most_mps).fold(f64::INFINITY, f64::min)
-    }
-
     /// Speeds through the water that are tried (m/s), the asked one last.
     pub(crate) fn paces_mps(&self) -> Vec<f64> {
         let tenths = if self.aim == Aim::Energy { LEAST_TENTHS..=10 } else { 10..=10 };
@@ -251,7 +244,8 @@ impl Objective {
         speeds.map(per_m).fold(f64::INFINITY, f64::min)
     }
 
-    /// What a short straight piece costs; `None` where the current is too strong, or the power is not known and counts.
+    /// What a short straight piece costs at a speed through the water that its limit allows; `None` where the current is too
+    /// strong, or the power is not known and counts.
     /// Where the current is not known, the cost is that of the fastest current of the grid from ahead, so that no way is
     /// better for leading where nothing is known.
     pub(crate) fn piece(
@@ -259,13 +253,12 @@ impl Objective {
         spot: &Spot,
         (from, to): (Point, Point),
         since_s: f64,
-        pace_mps: f64,
+        through_water_mps: f64,
     ) -> Option<Toll> {
         let length_m = from.distance_m(to);
         if self.aim == Aim::Length || length_m == 0.0 {
             return Some(Toll { cost: spot.factor * length_m, ..Toll::default() });
         }
-        let through_water_mps = pace_mps.min(spot.most_mps);
         let each_s = if self.aim == Aim::Energy { self.power.at_w(through_water_mps)? } else { 1.0 };
         let Some(flow) = self.currents.at(spot.place, self.depart_s + since_s) else {
             let against_mps = through_water_mps - self.currents.most_mps();
@@ -303,20 +296,27 @@ impl Objective {
         met.map(|limit| limit.most_mps).min_by(f64::total_cmp)
     }
 
+    /// The limits that hold somewhere on a leg, in a plane.
+    pub(crate) fn limits_on(&self, leg: Leg, plane: &Plane) -> Limits {
+        Limits::new(self.limits.iter().filter(|limit| limit.zone.meets(leg)), plane)
+    }
+
     fn leg(&self, (leg, leg_m): (Leg, f64), piece_m: f64, begin_s: f64, pace_mps: f64) -> LegCost {
         let plane = Plane::new(leg.from);
         let (from, to) = (Point::default(), plane.point(leg.to));
-        let uniform = !self.currents.varies() && self.limits.is_empty();
-        let pieces = if uniform { 1.0 } else { (leg_m / piece_m).ceil().clamp(1.0, MOST_PIECES) };
-        let length_m = leg_m / pieces;
+        let limits = self.limits_on(leg, &plane);
+        let piece_m = if self.currents.varies() { piece_m.max(leg_m / MOST_PIECES) } else { f64::INFINITY };
+        // The plane's metres are not quite the sea's.
+        let scale = leg_m / from.distance_m(to).max(f64::MIN_POSITIVE);
         let mut cost = LegCost { duration_s: Some(0.0), energy_j: Some(0.0), ..LegCost::default() };
         let mut since_s = begin_s;
-        for piece in 0..pieces as u32 {
-            let spot = Spot::of(self, &plane, from.towards(to, (f64::from(piece) + 0.5) / pieces));
+        for Piece { begin, end, most_mps } in limits.pieces((from, to), piece_m) {
+            let spot = Spot::of(&plane, begin.towards(end, 0.5));
+            let length_m = scale * begin.distance_m(end);
             // After water of an unknown current the time is not known either.
             let is_timed = cost.duration_s.is_some() || !self.currents.varies_in_time();
             let flow = self.currents.at(spot.place, self.depart_s + since_s).filter(|_| is_timed);
-            let through_water_mps = pace_mps.min(spot.most_mps);
+            let through_water_mps = pace_mps.min(most_mps);
             let Some(flow) = flow else {
                 cost = LegCost {
                     duration_s: None,
@@ -342,7 +342,7 @@ impl Objective {
 
 impl Spot {
     /// At a point of a plane, with a factor of 1.
-    pub(crate) fn of(objective: &Objective, plane: &Plane, at: Point) -> Self {
+    pub(crate) fn of(plane: &Plane, at: Point) -> Self {
         let place = plane.place(at);
         // Some metres to the north, or near the pole to the south.
         let sense = if place.lat_rad() < 1.57 { 1.0 } else { -1.0 };
@@ -350,8 +350,7 @@ impl Spot {
         let beside = plane.point(beside);
         let off_m = sense * at.distance_m(beside).max(1e-9);
         let north = Point { x: (beside.x - at.x) / off_m, y: (beside.y - at.y) / off_m };
-        let most_mps = objective.limit_mps(place);
-        Self { place, north, factor: 1.0, most_mps }
+        Self { place, north, factor: 1.0 }
     }
 }
 

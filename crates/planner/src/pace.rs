@@ -3,6 +3,7 @@
 //! Unlike what is answered, these are estimates: where the current is not known, time goes on as in still water, and the
 //! cost is that of weighing.
 
+use crate::limits::Piece;
 use crate::objective::{Objective, Spot, Toll};
 use crate::plane::{Plane, Point};
 use charts::depth_index::Leg;
@@ -36,16 +37,12 @@ impl Objective {
     fn sailed(&self, legs: &[(Leg, f64)], pace_mps: f64) -> Option<Toll> {
         let piece_m = PIECE_M.max(length_m(legs) / MOST_PIECES);
         let mut toll = Toll::default();
-        for (leg, leg_m) in legs {
+        for (leg, _) in legs {
             let plane = Plane::new(leg.from);
             let (from, to) = (Point::default(), plane.point(leg.to));
-            let pieces = (leg_m / piece_m).ceil().max(1.0);
-            let mut begin = from;
-            for piece in 1..=pieces as u32 {
-                let end = from.towards(to, f64::from(piece) / pieces);
-                let spot = Spot::of(self, &plane, begin.towards(end, 0.5));
-                toll = toll.and(self.piece(&spot, (begin, end), toll.duration_s, pace_mps)?);
-                begin = end;
+            for Piece { begin, end, most_mps } in self.limits_on(*leg, &plane).pieces((from, to), piece_m) {
+                let spot = Spot::of(&plane, begin.towards(end, 0.5));
+                toll = toll.and(self.piece(&spot, (begin, end), toll.duration_s, pace_mps.min(most_mps))?);
             }
         }
         Some(toll)

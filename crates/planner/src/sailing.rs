@@ -3,6 +3,7 @@
 //! Costs are sums over pieces of a leg, each with the conditions at its middle. Time runs along the way, so that a current
 //! that changes is the one of the moment.
 
+use crate::limits::{Limits, Piece};
 use crate::objective::{Objective, Spot, Toll};
 use crate::plane::Point;
 use crate::room::SeaRoom;
@@ -39,6 +40,8 @@ impl Wish {
 pub(crate) struct Sailing<'a> {
     pub(crate) room: &'a SeaRoom,
     pub(crate) wish: &'a Wish,
+    /// Of the objective, in the room's plane.
+    pub(crate) limits: &'a Limits,
     /// Speed through the water (m/s).
     pub(crate) pace_mps: f64,
 }
@@ -49,7 +52,7 @@ impl Sailing<'_> {
         let Wish { objective, preferred, .. } = self.wish;
         let unmet = preferred.iter().filter(|room| room.mesh.locate(at).is_none()).count();
         let factor = objective.factor(unmet);
-        Spot { factor, ..Spot::of(objective, self.room.plane(), at) }
+        Spot { factor, ..Spot::of(self.room.plane(), at) }
     }
 
     /// What a straight leg costs that begins so long after the start of the way (s), in pieces of about so many metres, with
@@ -61,15 +64,13 @@ impl Sailing<'_> {
         piece_m: f64,
         mut spot: impl FnMut(Point) -> Spot,
     ) -> Option<Toll> {
-        let pieces = (from.distance_m(to) / piece_m).ceil().clamp(1.0, MOST_PIECES);
+        let piece_m = piece_m.max(from.distance_m(to) / MOST_PIECES);
         let mut toll = Toll::default();
-        let mut begin = from;
-        for piece in 1..=pieces as u32 {
-            let end = from.towards(to, f64::from(piece) / pieces);
+        for Piece { begin, end, most_mps } in self.limits.pieces((from, to), piece_m) {
             let here = spot(begin.towards(end, 0.5));
             let since_s = self.wish.since_s + begin_s + toll.duration_s;
-            toll = toll.and(self.wish.objective.piece(&here, (begin, end), since_s, self.pace_mps)?);
-            begin = end;
+            let pace_mps = self.pace_mps.min(most_mps);
+            toll = toll.and(self.wish.objective.piece(&here, (begin, end), since_s, pace_mps)?);
         }
         Some(toll)
     }
@@ -85,29 +86,26 @@ impl Sailing<'_> {
     }
 
     /// A way in pieces, as finely as ways are compared, with the conditions at the middle of each.
-    fn pieces(&self, way: &[Point], cancel: &Cancel<'_>) -> Result<Vec<Piece>, PlanError> {
+    fn pieces(&self, way: &[Point], cancel: &Cancel<'_>) -> Result<Vec<(Piece, Spot)>, PlanError> {
         let way_m: f64 = way.windows(2).map(|leg| leg[0].distance_m(leg[1])).sum();
         let piece_m = COMPARED_M.max(way_m / MOST_OF_A_WAY);
         let mut all = Vec::new();
         for leg in way.windows(2) {
             cancel.check()?;
-            let pieces = (leg[0].distance_m(leg[1]) / piece_m).ceil().clamp(1.0, MOST_PIECES);
-            let mut begin = leg[0];
-            for piece in 1..=pieces as u32 {
-                let end = leg[0].towards(leg[1], f64::from(piece) / pieces);
-                all.push(Piece { begin, end, spot: self.spot(begin.towards(end, 0.5)) });
-                begin = end;
-            }
+            let piece_m = piece_m.max(leg[0].distance_m(leg[1]) / MOST_PIECES);
+            let pieces = self.limits.pieces((leg[0], leg[1]), piece_m);
+            all.extend(pieces.map(|piece| (piece, self.spot(piece.begin.towards(piece.end, 0.5)))));
         }
         Ok(all)
     }
 
     /// What a way costs by its pieces; infinite where it cannot be sailed.
-    fn cost_of(&self, pieces: &[Piece]) -> Toll {
+    fn cost_of(&self, pieces: &[(Piece, Spot)]) -> Toll {
         let mut toll = Toll::default();
-        for Piece { begin, end, spot } in pieces {
+        for (Piece { begin, end, most_mps }, spot) in pieces {
             let since_s = self.wish.since_s + toll.duration_s;
-            match self.wish.objective.piece(spot, (*begin, *end), since_s, self.pace_mps) {
+            let pace_mps = self.pace_mps.min(*most_mps);
+            match self.wish.objective.piece(spot, (*begin, *end), since_s, pace_mps) {
                 Some(next) => toll = toll.and(next),
                 None => return Toll { cost: f64::INFINITY, duration_s: f64::INFINITY, ..toll },
             }
@@ -134,11 +132,4 @@ impl Sailing<'_> {
         }
         Ok(best)
     }
-}
-
-/// A part of a way, and the conditions at its middle.
-struct Piece {
-    begin: Point,
-    end: Point,
-    spot: Spot,
 }

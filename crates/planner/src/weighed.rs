@@ -1,5 +1,6 @@
 //! The best route by an objective, beside the shortest one.
 
+use crate::limits::Limits;
 use crate::objective::{Aim, Toll};
 use crate::plane::Point;
 use crate::refusal::Refusal;
@@ -26,8 +27,10 @@ impl Question<'_> {
         ends: (Stand, Stand),
     ) -> Result<Route, Refusal> {
         let objective = &wish.objective;
-        let sailing = Sailing { room: self.room, wish, pace_mps: objective.through_water_mps };
         let plane = self.room.plane();
+        let limits = Limits::new(&objective.limits, plane);
+        let sailing =
+            Sailing { room: self.room, wish, limits: &limits, pace_mps: objective.through_water_mps };
         let corners = |route: &Route| route.places().map(|place| plane.point(place)).collect::<Vec<_>>();
         let weigh = |route: &Route| sailing.best_pace(&corners(route), self.cancel);
         let (shortest_mps, Toll { cost: shortest_cost, unknown_m, .. }) = weigh(&shortest)?;

@@ -9,8 +9,8 @@
 //! How near it comes to the best way: no bound is proved. Neighbours alone, to the knight's move, would make a way at most
 //! 2.8 % longer than a straight one in like water; straight legs of up to [`FAR`] spacings, pulling and moving take most of
 //! that back. In the tests it comes within 0.5 % of the best way that is known: of brute force in a jet, of the exact way round
-//! a bank or a slow area. Conditions are looked up in squares of half the grid's spacing: what is smaller may be missed by the
-//! search, though never by the comparison with the shortest way. Water that is narrower than the spacing is found only by
+//! a bank or a slow area. Speed limits begin and end where their areas do; other conditions are looked up in squares of half
+//! the grid's spacing: what is smaller may be missed by the search, though never by the comparison with the shortest way. Water that is narrower than the spacing is found only by
 //! the corners and the known ways in it. For energy and preferences in currents that change with time, of two ways to a
 //! point the cheaper one is kept and not the earlier one. A way that is longer than [`LONGEST`] times the shortest one is not
 //! looked for.

@@ -124,7 +124,7 @@ impl Zone {
     }
 
     /// Its border in a plane, closed, long sides in pieces.
-    fn border(&self, plane: &Plane) -> Vec<Point> {
+    pub(crate) fn border(&self, plane: &Plane) -> Vec<Point> {
         let mut border = Vec::with_capacity(self.corners.len() + 1);
         for (from, to) in self.sides() {
             let length_m = plane.point(from).distance_m(plane.point(to));

@@ -16,8 +16,9 @@ const MPS: f64 = 1.5;
 /// Half side of these waters, and how far ends and shoals lie from the middle (m).
 const HALF_M: f64 = 400.0;
 const OFF_M: f64 = 350.0;
-/// What the steps of the search may add to the cost of a route in so small waters: it gives a good route, not always the best.
-const AS_GOOD: f64 = 1.1;
+/// What the steps of the search may add to the cost of a route in so small waters: it gives a good route, not always the best. Of
+/// 4 000 waters one had 1.3 % more there than back, where joining corners led the way half a metre into a slow area.
+const AS_GOOD: f64 = 1.02;
 
 fn waters() -> impl Strategy<Value = Vec<Shoal>> {
     shoals(6, OFF_M, 20.0..120.0, -4.0..12.0)
