@@ -651,13 +651,16 @@ async fn a_provisioned_agent_comes_in_through_the_tunnel_of_the_fleet_and_reache
     let Some(cable) = Cable::lay("fleet") else { return };
     let (ashore, root) = (Ashore::new(TWO), boat());
     ashore.apply(&[]);
-    let (bundle, passphrase) = ashore.bundle("otter-1");
-    let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
-    assert!(output.status.success(), "{}", said(&output));
+    let bring = || {
+        let (bundle, passphrase) = ashore.bundle("otter-1");
+        let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+        assert!(output.status.success(), "{}", said(&output));
+    };
+    bring();
+    let in_force = root.path().join("etc/wireguard/lutra.conf");
 
-    let _shore = tunnel(&cable, 's', &ashore.data().join("vpn/lutra.conf"), ashore.folder.path()).await;
-    let _boat =
-        tunnel(&cable, 'v', &root.path().join("etc/wireguard/lutra.conf"), ashore.folder.path()).await;
+    let shore = tunnel(&cable, 's', &ashore.data().join("vpn/lutra.conf"), ashore.folder.path()).await;
+    let boat = tunnel(&cable, 'v', &in_force, ashore.folder.path()).await;
     let firewall = is_there("nft");
     if firewall {
         let rules = fs::read_to_string(ashore.data().join("vpn/lutra.nft")).unwrap();
@@ -677,6 +680,19 @@ async fn a_provisioned_agent_comes_in_through_the_tunnel_of_the_fleet_and_reache
         assert!(is_let_through(&cable, 8080), "the link's door is open");
         assert!(!is_let_through(&cable, 8081), "no other is");
     }
+
+    // The server gets another key: the boat is out until it has the bundle made after that.
+    drop((shore, boat));
+    fs::remove_file(ashore.data().join("fleet/server.key")).unwrap();
+    let told = ashore.apply(&[]);
+    assert!(told.contains("every boat needs a bundle"), "{told}");
+    let _shore = tunnel(&cable, 's', &ashore.data().join("vpn/lutra.conf"), ashore.folder.path()).await;
+    let boat = tunnel(&cable, 'v', &in_force, ashore.folder.path()).await;
+    assert!(!is_let_through(&cable, 8080), "the server of before is not there any more");
+    drop(boat);
+    bring();
+    let _boat = tunnel(&cable, 'v', &in_force, ashore.folder.path()).await;
+    assert!(is_let_through(&cable, 8080));
 
     // A key that is revoked opens nothing any more, whatever the boat tries.
     ashore.run(&["fleet", "revoke", "otter-1"]);

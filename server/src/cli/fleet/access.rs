@@ -80,7 +80,7 @@ fn log_new_key(data: &Path, files: &Files, fleet: &Fleet, name: &String, now: Ut
 fn put_in_force(files: &Files, fleet: &Fleet, name: &str, now: UtcTime) -> anyhow::Result<()> {
     tell_doubts(files, fleet, now)?;
     let written = write_vpn(files, fleet)?;
-    tell_next(fleet.vpn.kind, files)?;
+    tell_next(fleet.vpn.kind, files);
     vpn::of(fleet.vpn.kind.other(), files).forget(name)?;
     Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
     written.whole()
@@ -162,7 +162,7 @@ fn update(files: &Files, names: &[String]) -> anyhow::Result<Vec<String>> {
     } else {
         tell_doubts(files, &fleet, clock::now())?;
         damaged.extend(write_vpn(files, &fleet)?.damaged);
-        tell_next(fleet.vpn.kind, files)?;
+        tell_next(fleet.vpn.kind, files);
     }
     Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
     Ok(damaged)

@@ -58,7 +58,7 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     let changed = plan.carry_out(&config.data, &files, &fleet, &text)?;
     say!("done");
     if changed || !arguments.revoke.is_empty() {
-        tell_next(fleet.vpn.kind, &files)?;
+        tell_next(fleet.vpn.kind, &files);
     }
     Ok(())
 }
@@ -226,7 +226,7 @@ impl Plan {
             say!("will make a link token for {name}");
         }
         if self.server_key {
-            say!("will make the server's VPN key");
+            say!("will make the server's VPN key: every boat needs a bundle made after that");
         }
         for KeyStep { name, address, new } in &self.keys {
             let what = if *new { "make a VPN key" } else { "move the VPN key" };

@@ -74,7 +74,7 @@ pub(super) fn of<'a>(kind: VpnKind, files: &'a Files) -> Box<dyn Tunnel + 'a> {
 }
 
 /// Prints the steps of root, also those that end a VPN of the other kind that was there before.
-pub(super) fn tell_next(kind: VpnKind, files: &Files) -> anyhow::Result<()> {
+pub(super) fn tell_next(kind: VpnKind, files: &Files) {
     say!("the VPN goes by the new files once root has them:");
     let (unit, configuration) = match kind.other() {
         VpnKind::OpenVpn => ("openvpn-server@lutra", "/etc/openvpn/server/lutra.conf"),
@@ -86,7 +86,6 @@ pub(super) fn tell_next(kind: VpnKind, files: &Files) -> anyhow::Result<()> {
         say!("  sudo rm -f {configuration}    # it lets boats in by keys of before");
     }
     of(kind, files).tell_next();
-    Ok(())
 }
 
 /// What is left of a VPN of the other kind than the fleet's: names that have a key there, and files for root.

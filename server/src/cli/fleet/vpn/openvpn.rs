@@ -88,14 +88,6 @@ impl OpenVpn<'_> {
         Ok(Some(access).filter(|_| is_ours))
     }
 
-    /// A new certificate of a vessel.
-    fn sign(&self, shore: Shore, name: &str, now: UtcTime) -> anyhow::Result<(String, Aboard)> {
-        let serial: Serial = state::random()?;
-        let common_name = format!("{name}.{}", hex::encode(serial));
-        let identity = certificates::sign(&shore.authority, &common_name, Purpose::Vessel, serial, now)?;
-        Ok((common_name, Aboard { identity, authority: shore.authority.certificate }))
-    }
-
     fn places(&self) -> PathBuf {
         self.folder().join(openvpn::PLACES)
     }
@@ -113,6 +105,14 @@ impl OpenVpn<'_> {
         places.iter().try_for_each(|path| files::remove(path).map(|_| ()))?;
         Ok(!places.is_empty())
     }
+}
+
+/// A new certificate of a vessel.
+fn sign(shore: Shore, name: &str, now: UtcTime) -> anyhow::Result<(String, Aboard)> {
+    let serial: Serial = state::random()?;
+    let common_name = format!("{name}.{}", hex::encode(serial));
+    let identity = certificates::sign(&shore.authority, &common_name, Purpose::Vessel, serial, now)?;
+    Ok((common_name, Aboard { identity, authority: shore.authority.certificate }))
 }
 
 /// The vessel of a certificate, by the name in it.
@@ -152,7 +152,7 @@ impl Tunnel for OpenVpn<'_> {
         let present = if new { None } else { self.access(name)? };
         let (common_name, aboard) = match present {
             Some(access) => (access.common_name, access.aboard),
-            None => self.sign(shore, name, now)?,
+            None => sign(shore, name, now)?,
         };
         let text = format!("{address}\n{common_name}\n{}", aboard.written());
         files::write(&self.path(name), text.as_bytes())
