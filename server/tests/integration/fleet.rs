@@ -767,7 +767,7 @@ async fn by_openvpn_a_provisioned_agent_comes_in_and_a_replaced_certificate_does
     for folder in [ashore.folder.path(), &shore] {
         fs::set_permissions(folder, fs::Permissions::from_mode(0o711)).unwrap();
     }
-    let _shore = openvpn(&cable.shore(), &shore);
+    let running = openvpn(&cable.shore(), &shore);
     let up = |folder: &Path| log(folder).contains("Initialization Sequence Completed").then_some(());
     until("OpenVPN up ashore", || up(&shore)).await;
     let vessel = openvpn(&cable.vessel(), &boat);
@@ -816,4 +816,20 @@ async fn by_openvpn_a_provisioned_agent_comes_in_and_a_replaced_certificate_does
     assert_eq!(places.len(), 1);
     assert!(present[1].starts_with("otter-2.") && places[0].0.ends_with(&present[1]));
     assert_eq!(places[0].1, b"ifconfig-push 10.77.0.12 255.255.255.0\n");
+
+    // The server gets another authority and another key for first packets; the boat gets new access by it.
+    drop(running);
+    fs::remove_file(ashore.data().join("fleet/openvpn.key")).unwrap();
+    ashore.apply(&[]);
+    fs::remove_dir_all(shore.join("lutra.ccd")).unwrap();
+    put_openvpn(&cable, 's', &from, &shore);
+    let _running = openvpn(&cable.shore(), &shore);
+    until("OpenVPN up ashore again", || up(&shore)).await;
+    let vessel = openvpn(&cable.vessel(), &boat);
+    until("not answered", || log(&shore).contains("tls-crypt unwrap").then_some(())).await;
+    drop(vessel);
+    bring();
+    put_openvpn(&cable, 'v', &aboard, &boat);
+    let _vessel = openvpn(&cable.vessel(), &boat);
+    until("up by the new authority", || up(&boat)).await;
 }
