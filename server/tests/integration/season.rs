@@ -186,6 +186,8 @@ struct Count {
     ashore: usize,
     twice: usize,
     lost: usize,
+    /// Numbers of packets that are not ashore at all, by which the reason can be found.
+    absent: Vec<u64>,
     /// The last ones, which were not ashore when the vessel ended: they wait aboard for its next start.
     waiting: usize,
     /// Numbers that the vessel declared that it does not have.
@@ -200,11 +202,13 @@ impl Count {
     fn of(spooled: &Spooled, vessel: Address, ashore: &BTreeMap<Bytes, usize>) -> Self {
         let mut count =
             Self { declared: spooled.declared.iter().map(|(from, to)| to - from).sum(), ..Self::default() };
-        let mut kept: Vec<Bytes> = spooled.kept().cloned().collect();
-        while kept.pop_if(|packet| !ashore.contains_key(packet)).is_some() {
+        let mut kept: Vec<(u64, &Bytes)> = spooled.kept().collect();
+        while kept.pop_if(|(_, packet)| !ashore.contains_key(*packet)).is_some() {
             count.waiting += 1;
         }
-        for (packet, took) in counted(kept) {
+        let absent = kept.iter().filter(|(_, packet)| !ashore.contains_key(*packet));
+        count.absent = absent.map(|(number, _)| *number).collect();
+        for (packet, took) in counted(kept.into_iter().map(|(_, packet)| packet.clone()).collect()) {
             let came = ashore.get(&packet).copied().unwrap_or(0);
             count.accepted += took;
             count.ashore += came.min(took);
@@ -237,7 +241,7 @@ fn a_packet_that_came_twice_or_not_at_all_is_counted() {
     ];
     let count = Count::of(&spooled, vessel, &BTreeMap::from(ashore));
     assert_eq!((count.accepted, count.ashore, count.twice, count.lost, count.declared), (6, 5, 2, 1, 1));
-    assert_eq!(count.waiting, 1);
+    assert_eq!((count.waiting, count.absent), (1, vec![7]));
 }
 
 /// All packets in the archive, of all systems: a vessel also sends what others said.
