@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn files_of_openvpn_are_ours_and_what_lies_among_them_is_not() {
         assert!(is_ours(&["vpn", "openvpn"], true) && is_ours(&["vpn", "openvpn", "lutra.ccd"], true));
-        assert!(is_ours(&["vpn", "openvpn", "lutra.crl"], false));
+        assert!(is_ours(&["vpn", "openvpn", "lutra.conf"], false));
         assert!(is_ours(&["vpn", "openvpn", "lutra.ccd", "otter-01"], false));
         assert!(!is_ours(&["vpn", "openvpn", "letters"], true) && !is_ours(&["vpn", "letters"], true));
         assert!(!is_ours(&["vpn", "openvpn", "lutra.ccd", "letters"], true));

@@ -5,6 +5,7 @@ use crate::disk_full::Disk;
 use crate::support::program::{Agent, Process, SERVER, Server, agent_program, until};
 use crate::vpn::{Cable, daemon, ip, is_there, run as run_tool};
 use std::fs;
+use std::io::Write as _;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -292,47 +293,77 @@ fn by_openvpn(fleet: &str) -> String {
     fleet.replace("[vpn]\n", "[vpn]\nkind = \"openvpn\"\n")
 }
 
-#[test]
-fn a_damaged_list_holds_up_no_other_part_of_a_revocation_which_can_be_run_again() {
-    let ashore = Ashore::new(&by_openvpn(TWO));
-    ashore.apply(&[]);
-    let list = ashore.data().join("fleet/openvpn.crl");
-    let good = fs::read(&list).unwrap();
-    fs::write(&list, "# half\n").unwrap();
-    let output = ashore.try_to(&["fleet", "revoke", "otter-1"]);
-    let told = said(&output);
-    assert!(!output.status.success() && told.contains("otter-1: 1 link token revoked"), "{told}");
-    assert!(
-        told.contains("not done: openvpn: ") && told.contains("openvpn.crl is damaged or not there"),
-        "{told}"
-    );
-    assert!(told.contains("rm -f /etc/openvpn/server/lutra.ccd/otter-1"), "{told}");
-    assert!(told.contains("run `lutra-server fleet revoke otter-1` again"), "{told}");
-    let count = "SELECT CAST(count(*) AS TEXT) FROM token WHERE vessel = 0x2810";
-    assert_eq!(rows(&ashore.data(), count), ["0"]);
+/// Names of the certificates that OpenVPN lets in, in order.
+fn let_in(ashore: &Ashore) -> Vec<String> {
+    let places = files(&ashore.data().join("vpn/openvpn/lutra.ccd"));
+    places.iter().map(|(path, _)| path.file_name().unwrap().to_str().unwrap().to_owned()).collect()
+}
 
-    fs::write(&list, good).unwrap();
-    // Another vessel's file that is damaged is reported; that vessel keeps its place, which goes by its name.
-    fs::write(ashore.data().join("fleet/otter-2.ovpn"), [0xFF, 0xFE]).unwrap();
-    let output = ashore.try_to(&["fleet", "revoke", "otter-1"]);
-    let told = said(&output);
-    assert!(
-        !output.status.success() && told.contains("not done: ") && told.contains("otter-2.ovpn is damaged"),
-        "{told}"
-    );
-    let openvpn = ashore.data().join("vpn/openvpn");
-    assert_eq!(fs::read(openvpn.join("lutra.crl")).unwrap(), fs::read(&list).unwrap());
-    assert!(fs::read_to_string(&list).unwrap().contains(" otter-1\n"));
-    let places = files(&openvpn.join("lutra.ccd"));
-    assert!(places.len() == 1 && places[0].0.ends_with("otter-2"), "{places:?}");
-    // By its remedy: the new certificate ends that of the damaged file.
-    fs::remove_file(ashore.data().join("fleet/otter-2.ovpn")).unwrap();
-    ashore.apply(&[]);
-    assert!(fs::read_to_string(&list).unwrap().contains(" otter-2\n"));
+/// How many link tokens vessels have.
+fn link_tokens(ashore: &Ashore) -> Vec<String> {
+    rows(&ashore.data(), "SELECT CAST(count(*) AS TEXT) FROM token WHERE vessel IS NOT NULL")
 }
 
 #[test]
-fn a_revocation_without_the_servers_key_says_that_the_vpn_still_lets_the_boat_in() {
+fn a_boat_whose_own_file_is_damaged_is_revoked_and_one_of_another_boat_stays_in() {
+    let ashore = Ashore::new(&by_openvpn(TWO));
+    ashore.apply(&[]);
+    let before = let_in(&ashore);
+    assert!(before.len() == 2 && before[1].starts_with("otter-2."), "{before:?}");
+    for name in ["otter-1", "otter-2"] {
+        fs::write(ashore.data().join(format!("fleet/{name}.ovpn")), [0xFF, 0xFE]).unwrap();
+    }
+    let output = ashore.try_to(&["fleet", "revoke", "otter-1"]);
+    let told = said(&output);
+    assert!(!output.status.success() && told.contains("otter-1: 1 link token revoked"), "{told}");
+    assert!(told.contains("not done: ") && told.contains("otter-2.ovpn is damaged"), "{told}");
+    assert!(told.contains("chmod -R a+rX") && told.contains("restart openvpn-server@lutra"), "{told}");
+    assert_eq!(let_in(&ashore), before[1..]);
+    // A new key for one boat, while the file of another is damaged, has its steps.
+    ashore.run(&["fleet", "revoke", "otter-2"]);
+    ashore.apply(&[]);
+    fs::write(ashore.data().join("fleet/otter-2.ovpn"), "half").unwrap();
+    let before = let_in(&ashore);
+    let output = ashore.try_to(&["fleet", "rotate", "otter-1", "--vpn"]);
+    let told = said(&output);
+    assert!(!output.status.success() && told.contains("otter-2.ovpn is damaged"), "{told}");
+    assert!(told.contains("restart openvpn-server@lutra") && told.contains("fleet bundle otter-1"), "{told}");
+    assert!(let_in(&ashore)[0] != before[0] && let_in(&ashore)[1] == before[1]);
+    // By its remedy.
+    fs::remove_file(ashore.data().join("fleet/otter-2.ovpn")).unwrap();
+    ashore.apply(&[]);
+    assert!(let_in(&ashore).len() == 2 && let_in(&ashore)[1] != before[1]);
+}
+
+#[test]
+fn a_part_that_cannot_be_done_for_one_boat_holds_up_no_other_and_can_be_done_again() {
+    let third = "[[vessel]]\nname = \"otter-3\"\nimc_address = 0x2812\nvpn_address = \"10.77.0.13\"\n";
+    let ashore = Ashore::new(&by_openvpn(&format!("{TWO}{third}")));
+    ashore.apply(&[]);
+    // It cannot be removed as a file.
+    let obstacle = ashore.data().join("fleet/otter-1.ovpn");
+    fs::remove_file(&obstacle).unwrap();
+    fs::create_dir(&obstacle).unwrap();
+    let common = TWO.split_once("[[vessel]]").unwrap().0;
+    ashore.says(&by_openvpn(&format!("{common}{third}")));
+    let file = ashore.file();
+    let revoke = ["fleet", "apply", file.to_str().unwrap(), "--revoke", "otter-1", "--revoke", "otter-2"];
+    let output = ashore.try_to(&revoke);
+    let told = said(&output);
+    assert!(!output.status.success() && told.contains("not done: otter-1: openvpn: cannot remove"), "{told}");
+    assert!(told.contains("lutra.ccd -name 'otter-1.????????????????' -delete"), "{told}");
+    assert!(told.contains("run `lutra-server fleet revoke otter-1` and"), "{told}");
+    assert!(told.contains("restart openvpn-server@lutra"), "{told}");
+    assert_eq!(link_tokens(&ashore), ["1"], "otter-3 keeps its own");
+    let places = let_in(&ashore);
+    assert!(places.len() == 1 && places[0].starts_with("otter-3."), "{places:?}");
+    fs::remove_dir(&obstacle).unwrap();
+    ashore.apply(&["--revoke", "otter-1", "--revoke", "otter-2"]);
+    assert!(ashore.apply(&[]).contains("nothing to do"));
+}
+
+#[test]
+fn a_revocation_without_the_servers_key_takes_the_boats_place_and_says_what_is_left() {
     let ashore = Ashore::new(&by_openvpn(TWO));
     ashore.apply(&[]);
     fs::remove_file(ashore.data().join("fleet/openvpn.key")).unwrap();
@@ -340,7 +371,43 @@ fn a_revocation_without_the_servers_key_says_that_the_vpn_still_lets_the_boat_in
     let text = said(&output);
     assert!(!output.status.success() && text.contains("otter-1: 1 link token revoked"), "{text}");
     assert!(text.contains("the server's key of the VPN is not there"), "{text}");
-    assert!(text.contains("rm -f /etc/openvpn/server/lutra.ccd/otter-1"), "{text}");
+    assert!(text.contains("lutra.ccd -name 'otter-1.????????????????' -delete"), "{text}");
+    let places = let_in(&ashore);
+    assert!(places.len() == 1 && places[0].starts_with("otter-2."), "{places:?}");
+}
+
+#[test]
+fn a_bundle_that_waits_for_its_passphrase_holds_up_no_revocation() {
+    let ashore = Ashore::new(TWO);
+    ashore.apply(&[]);
+    let (pipe, bundle) = (ashore.beside("passphrase"), ashore.beside("otter-1.bundle"));
+    run_tool("mkfifo", &[pipe.to_str().unwrap()]).unwrap();
+    let mut command = Command::new(SERVER);
+    command.args(["fleet", "bundle", "otter-1", "--passphrase-file"]).arg(&pipe).arg("-o").arg(&bundle);
+    let mut waiting = command.arg("--data").arg(ashore.data()).stderr(Stdio::null()).spawn().unwrap();
+    // Opens once the command reads from it.
+    let mut passphrase = fs::OpenOptions::new().write(true).open(&pipe).unwrap();
+    ashore.run(&["fleet", "revoke", "otter-2"]);
+    passphrase.write_all(b"a passphrase of some length\n").unwrap();
+    drop(passphrase);
+    assert!(waiting.wait().unwrap().success() && bundle.exists());
+}
+
+/// Takes the five seconds for which a command waits for another one.
+#[test]
+fn link_tokens_of_a_lost_boat_end_though_another_command_holds_the_fleet() {
+    let ashore = Ashore::new(TWO);
+    ashore.apply(&[]);
+    let held = fs::File::open(ashore.data().join("fleet.lock")).unwrap();
+    held.lock().unwrap();
+    let output = ashore.try_to(&["fleet", "revoke", "otter-1"]);
+    let told = said(&output);
+    assert!(!output.status.success() && told.contains("otter-1: 1 link token revoked"), "{told}");
+    assert!(told.contains("not done: otter-1: stored link token and keys of the VPN: "), "{told}");
+    assert_eq!(link_tokens(&ashore), ["1"]);
+    drop(held);
+    let told = ashore.run(&["fleet", "revoke", "otter-1"]);
+    assert!(told.contains("its key by wireguard is ended"), "{told}");
 }
 
 #[test]
@@ -358,18 +425,29 @@ fn a_fleet_that_goes_over_to_the_other_kind_of_vpn_leaves_no_key_of_the_first_on
     }
     assert!(ashore.apply(&[]).contains("nothing to do"));
 
+    // The way back, with remains that are damaged.
     ashore.says(TWO);
+    for name in ["otter-1.ovpn", "openvpn.key"] {
+        fs::write(fleet.join(name), "half").unwrap();
+    }
     ashore.apply(&[]);
     assert!(!vpn.join("openvpn").exists() && vpn.join("lutra.conf").exists());
-    let list = fs::read_to_string(fleet.join("openvpn.crl")).unwrap();
-    assert!(list.contains(" otter-1\n") && list.contains(" otter-2\n"), "{list}");
+    assert!(!fleet.join("otter-1.ovpn").exists() && !fleet.join("otter-2.ovpn").exists());
     assert!(ashore.apply(&[]).contains("nothing to do"));
+    fs::remove_file(fleet.join("openvpn.key")).unwrap();
     // A key of the other kind that an earlier version left ends with a rotation.
     ashore.says(&by_openvpn(TWO));
     ashore.apply(&[]);
     fs::write(fleet.join("otter-1.vpn"), "of before").unwrap();
     ashore.run(&["fleet", "rotate", "otter-1", "--vpn"]);
     assert!(!fleet.join("otter-1.vpn").exists());
+    let ended = rows(&ashore.data(), "SELECT subject FROM audit WHERE action = 'fleet.revoke' ORDER BY id");
+    let (wireguard, openvpn) = ("key by wireguard", "key by openvpn");
+    let expected =
+        [("otter-1", wireguard), ("otter-2", wireguard), ("otter-1", openvpn), ("otter-2", openvpn)];
+    let expected = expected.map(|(name, key)| format!("{name}: {key}"));
+    assert_eq!(ended[..4], expected);
+    assert_eq!(ended[4..], expected[..2].iter().chain(&expected[..1]).cloned().collect::<Vec<_>>());
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -573,13 +651,16 @@ async fn a_provisioned_agent_comes_in_through_the_tunnel_of_the_fleet_and_reache
     let Some(cable) = Cable::lay("fleet") else { return };
     let (ashore, root) = (Ashore::new(TWO), boat());
     ashore.apply(&[]);
-    let (bundle, passphrase) = ashore.bundle("otter-1");
-    let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
-    assert!(output.status.success(), "{}", said(&output));
+    let bring = || {
+        let (bundle, passphrase) = ashore.bundle("otter-1");
+        let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+        assert!(output.status.success(), "{}", said(&output));
+    };
+    bring();
+    let in_force = root.path().join("etc/wireguard/lutra.conf");
 
-    let _shore = tunnel(&cable, 's', &ashore.data().join("vpn/lutra.conf"), ashore.folder.path()).await;
-    let _boat =
-        tunnel(&cable, 'v', &root.path().join("etc/wireguard/lutra.conf"), ashore.folder.path()).await;
+    let shore = tunnel(&cable, 's', &ashore.data().join("vpn/lutra.conf"), ashore.folder.path()).await;
+    let boat = tunnel(&cable, 'v', &in_force, ashore.folder.path()).await;
     let firewall = is_there("nft");
     if firewall {
         let rules = fs::read_to_string(ashore.data().join("vpn/lutra.nft")).unwrap();
@@ -599,6 +680,19 @@ async fn a_provisioned_agent_comes_in_through_the_tunnel_of_the_fleet_and_reache
         assert!(is_let_through(&cable, 8080), "the link's door is open");
         assert!(!is_let_through(&cable, 8081), "no other is");
     }
+
+    // The server gets another key: the boat is out until it has the bundle made after that.
+    drop((shore, boat));
+    fs::remove_file(ashore.data().join("fleet/server.key")).unwrap();
+    let told = ashore.apply(&[]);
+    assert!(told.contains("every boat needs a bundle"), "{told}");
+    let _shore = tunnel(&cable, 's', &ashore.data().join("vpn/lutra.conf"), ashore.folder.path()).await;
+    let boat = tunnel(&cable, 'v', &in_force, ashore.folder.path()).await;
+    assert!(!is_let_through(&cable, 8080), "the server of before is not there any more");
+    drop(boat);
+    bring();
+    let _boat = tunnel(&cable, 'v', &in_force, ashore.folder.path()).await;
+    assert!(is_let_through(&cable, 8080));
 
     // A key that is revoked opens nothing any more, whatever the boat tries.
     ashore.run(&["fleet", "revoke", "otter-1"]);
@@ -673,7 +767,7 @@ async fn by_openvpn_a_provisioned_agent_comes_in_and_a_replaced_certificate_does
     for folder in [ashore.folder.path(), &shore] {
         fs::set_permissions(folder, fs::Permissions::from_mode(0o711)).unwrap();
     }
-    let _shore = openvpn(&cable.shore(), &shore);
+    let running = openvpn(&cable.shore(), &shore);
     let up = |folder: &Path| log(folder).contains("Initialization Sequence Completed").then_some(());
     until("OpenVPN up ashore", || up(&shore)).await;
     let vessel = openvpn(&cable.vessel(), &boat);
@@ -688,30 +782,54 @@ async fn by_openvpn_a_provisioned_agent_comes_in_and_a_replaced_certificate_does
     drop(agent);
     server.process.terminate();
 
-    // The vessel gets a new certificate. OpenVPN takes the new list as it is, and refuses the old one by it.
+    // The vessel gets a new certificate: its present one has no place then, and is refused by that alone. The boat goes on asking.
     drop(vessel);
     ashore.run(&["fleet", "rotate", "otter-1", "--vpn"]);
+    let present = let_in(&ashore);
+    fs::remove_dir_all(shore.join("lutra.ccd")).unwrap();
     put_openvpn(&cable, 's', &from, &shore);
+    let refused = || log(&shore).matches("--client-config-dir authentication failed for common name").count();
     let vessel = openvpn(&cable.vessel(), &boat);
-    until("refused", || log(&shore).contains("certificate revoked").then_some(())).await;
+    until("refused, twice", || (refused() >= 2).then_some(())).await;
+    assert!(up(&boat).is_none(), "{}", log(&boat));
     drop(vessel);
+    let old = boat.with_extension("old");
+    fs::rename(&boat, &old).unwrap();
     bring();
     put_openvpn(&cable, 'v', &aboard, &boat);
     let vessel = openvpn(&cable.vessel(), &boat);
     until("up with the new certificate", || up(&boat)).await;
 
-    // A vessel whose access is taken has no place any more, and its certificate is refused, though its file is lost.
+    // A vessel whose access is taken has no place any more, though its file is lost: neither of its certificates comes in.
     drop(vessel);
     fs::remove_file(ashore.data().join("fleet/otter-1.ovpn")).unwrap();
     ashore.run(&["fleet", "revoke", "otter-1"]);
+    fs::remove_dir_all(shore.join("lutra.ccd")).unwrap();
     put_openvpn(&cable, 's', &from, &shore);
-    let refusals = || log(&shore).matches("certificate revoked").count();
-    let before = refusals();
-    let _vessel = openvpn(&cable.vessel(), &boat);
-    until("refused for good", || (refusals() > before).then_some(())).await;
+    for folder in [&boat, &old] {
+        let before = refused();
+        let _vessel = openvpn(&cable.vessel(), folder);
+        until("refused for good", || (refused() > before).then_some(())).await;
+        assert!(up(folder).is_none(), "{}", log(folder));
+    }
     let places = files(&from.join("lutra.ccd"));
     assert_eq!(places.len(), 1);
-    assert!(places[0].0.ends_with("otter-2") && places[0].1 == b"ifconfig-push 10.77.0.12 255.255.255.0\n");
-    let list = fs::read_to_string(from.join("lutra.crl")).unwrap();
-    assert_eq!(list.matches(" otter-1\n").count(), 2, "both of its certificates are revoked: {list}");
+    assert!(present[1].starts_with("otter-2.") && places[0].0.ends_with(&present[1]));
+    assert_eq!(places[0].1, b"ifconfig-push 10.77.0.12 255.255.255.0\n");
+
+    // The server gets another authority and another key for first packets; the boat gets new access by it.
+    drop(running);
+    fs::remove_file(ashore.data().join("fleet/openvpn.key")).unwrap();
+    ashore.apply(&[]);
+    fs::remove_dir_all(shore.join("lutra.ccd")).unwrap();
+    put_openvpn(&cable, 's', &from, &shore);
+    let _running = openvpn(&cable.shore(), &shore);
+    until("OpenVPN up ashore again", || up(&shore)).await;
+    let vessel = openvpn(&cable.vessel(), &boat);
+    until("not answered", || log(&shore).contains("tls-crypt unwrap").then_some(())).await;
+    drop(vessel);
+    bring();
+    put_openvpn(&cable, 'v', &aboard, &boat);
+    let _vessel = openvpn(&cable.vessel(), &boat);
+    until("up by the new authority", || up(&boat)).await;
 }

@@ -1,5 +1,6 @@
-//! A vessel's link through a real tunnel between two network namespaces whose cable is cut for eight seconds. TCP alone
-//! needs some five more seconds to notice that the cable is back; the link does not wait for it.
+//! A vessel's link through a real tunnel between two network namespaces whose cable is cut for eight seconds, or ten minutes with
+//! `LUTRA_LONG`. TCP alone needs some five more seconds to notice that the cable is back; the link does not wait for it. Then the vessel
+//! gets another address, as from another mobile network: the tunnel follows, and the link goes on.
 //!
 //! Needs root, `ip`, and OpenVPN or userspace WireGuard (`make test` installs them); prints a note where they are absent.
 
@@ -15,10 +16,13 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use store::{Reader, TimeRange};
 use tempfile::TempDir;
-use testkit::{Need, absent};
+use testkit::{Need, absent, so_many};
 
-/// How long the cable is cut: as long as a boat is behind a skerry.
-const CUT: Duration = Duration::from_secs(8);
+/// How long the cable is cut: as long as a boat is behind a skerry, or out of reach of the mobile network.
+fn cut_lasts() -> Duration {
+    Duration::from_secs(so_many(8, 600))
+}
+
 const SHORE_INSIDE: &str = "10.77.0.1";
 
 /// Runs a command; returns its output, or its error text.
@@ -95,6 +99,14 @@ impl Cable {
     /// Whether anything passes.
     fn set(&self, state: &str) {
         ip(&format!("-n {} link set {} {state}", self.vessel(), self.end('v'))).unwrap();
+    }
+
+    /// The vessel's end gets another address.
+    fn roam(&self) {
+        // First the old one goes: it would take a second one of its network along.
+        for change in ["del 192.0.2.2/24", "add 192.0.2.3/24"] {
+            ip(&format!("-n {} addr {change} dev {}", self.vessel(), self.end('v'))).unwrap();
+        }
     }
 
     pub(crate) fn inside(namespace: &str, program: &str) -> Command {
@@ -233,7 +245,7 @@ async fn sail(name: &str, cable: &Cable, program: &Path) {
     until("noticed by the shore", || (said(&server, "the link is down") > down).then_some(())).await;
     let shore_noticed = cut.elapsed();
     // The duration of the cut is part of the test.
-    tokio::time::sleep(CUT.saturating_sub(cut.elapsed())).await;
+    tokio::time::sleep(cut_lasts().saturating_sub(cut.elapsed())).await;
     assert_eq!(said(&server, "the link stands"), stood, "nothing passes a cut cable");
     cable.set("up");
     let (back, back_s) = (Instant::now(), now_s());
@@ -249,6 +261,13 @@ async fn sail(name: &str, cable: &Cable, program: &Path) {
         ashore_s - back_s
     );
 
+    let stood = said(&server, "the link stands");
+    cable.roam();
+    let roamed_s = now_s();
+    let ashore_s = until("heard from the other address", || first_ashore_s(&data, roamed_s)).await;
+    println!("{name}: from another address the first word was ashore in {:.1} s", ashore_s - roamed_s);
+    assert_eq!(said(&server, "the link stands"), stood, "the same link goes on: {}", server.log());
+
     // It ends in order; its last packets arrive after its next start.
     let ended_s = now_s();
     agent.process.terminate();
@@ -262,7 +281,7 @@ async fn sail(name: &str, cable: &Cable, program: &Path) {
     every_number_came_once(&data, 0);
     assert_eq!(Reader::open(&data).unwrap().gaps(None, TimeRange::ALL).unwrap(), []);
     let compared = all_that_was_logged_is_ashore(&data, aboard.path(), |said_s| said_s >= ended_s);
-    let outage = |packet: &[u8]| (back_s - CUT.as_secs_f64()..back_s).contains(&time_s(packet));
+    let outage = |packet: &[u8]| (back_s - cut_lasts().as_secs_f64()..back_s).contains(&time_s(packet));
     let outage = archived_packets(&data, OTTER).iter().filter(|one| outage(one)).count();
     assert!(outage > 100 && compared > outage, "{outage} of the outage, {compared} compared");
     println!(
@@ -271,7 +290,7 @@ async fn sail(name: &str, cable: &Cable, program: &Path) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn through_openvpn_a_cut_of_eight_seconds_costs_nothing() {
+async fn through_openvpn_a_cut_and_another_address_cost_nothing() {
     let Some(program) = agent_program() else { return };
     if !is_there("openvpn") || !is_there("openssl") {
         absent(Need::Openvpn, "apt-get install openvpn openssl");
@@ -284,7 +303,7 @@ async fn through_openvpn_a_cut_of_eight_seconds_costs_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn through_wireguard_a_cut_of_eight_seconds_costs_nothing() {
+async fn through_wireguard_a_cut_and_another_address_cost_nothing() {
     let Some(program) = agent_program() else { return };
     if !is_there("wireguard-go") || !is_there("wg") {
         absent(Need::Wireguard, "apt-get install wireguard-go wireguard-tools");

@@ -1,11 +1,8 @@
 //! Values that vessels of a fleet must not share, and where their addresses must be.
 
 use super::fields::Report;
-use super::{Vessel, Vpn, VpnKind};
+use super::{Vessel, Vpn};
 use std::collections::BTreeMap;
-
-/// The name of OpenVPN's file for clients that have no file of their own.
-const OPENVPN_RESERVED: &str = "DEFAULT";
 
 /// A vessel and the byte offsets of its names and addresses in the file.
 #[derive(Debug)]
@@ -36,10 +33,6 @@ pub(super) fn check(report: &mut Report<'_>, vpn: Option<(&Vpn, usize)>, vessels
                 format!("vessel {name}: another vessel is called {other}"),
                 "give each a name of its own",
             );
-        }
-        if name == OPENVPN_RESERVED && vpn.is_some_and(|(vpn, _)| vpn.kind == VpnKind::OpenVpn) {
-            let text = format!("vessel {name}: OpenVPN would give its address to every vessel without one");
-            report.tell(*name_at, text, "give it another name, or take kind = \"wireguard\"");
         }
         if let Some(other) = imc.insert(vessel.imc_address, name) {
             let text = format!("vessel {name}: imc_address: 0x{:04X} is {other}'s", vessel.imc_address);

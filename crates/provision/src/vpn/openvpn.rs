@@ -2,8 +2,9 @@
 //!
 //! The VPN has a certificate authority of its own. The authority of the pages (`tls init`) is optional and may be another
 //! organisation's, its certificates cannot be revoked, and browsers trust it: a key from a stolen boat must mean nothing to
-//! them. A vessel is known by the name in its certificate, which gives it its address (`client-config-dir`); a certificate
-//! that was replaced or taken is in the list of revoked ones (`crl-verify`).
+//! them. A certificate is known by the name in it, which is the vessel's with the certificate's own number. The file of that name
+//! gives the vessel its address (`client-config-dir`), and without that file OpenVPN refuses it (`ccd-exclusive`). So a certificate that was
+//! replaced or taken is refused because it has no file, and no list of such certificates must be kept.
 
 use super::INTERFACE;
 use crate::fleet::{Fleet, Network, Vessel};
@@ -15,8 +16,6 @@ use std::net::Ipv4Addr;
 pub const SERVER: &str = "lutra-server";
 /// Folder with a file for each vessel, beside the server's configuration.
 pub const PLACES: &str = "lutra.ccd";
-/// The list of revoked certificates, beside the server's configuration.
-pub const REVOKED: &str = "lutra.crl";
 /// The peer is given up after this many keep-alives without an answer; the vessel then connects anew.
 const SILENT: u16 = 3;
 const STATIC_KEY: &str = "OpenVPN Static key V1";
@@ -153,13 +152,13 @@ pub fn ashore(fleet: &Fleet, shore: &Shore) -> String {
          mode server\ntls-server\n\
          # IPv6 and IPv4.\nproto udp6\nport {port}\ndev {INTERFACE}\ndev-type tun\ntopology subnet\n\
          ifconfig {address} {mask}\npush \"topology subnet\"\npush \"route-gateway {address}\"\n\
-         # Vessels with a file there may come in, each at its own address.\nclient-config-dir {PLACES}\nccd-exclusive\n\
-         # Root opens the tunnel, and what strangers talk to has no rights. It reads two things at each connection.\n\
+         # Certificates with a file there may come in, each at its own address.\nclient-config-dir {PLACES}\nccd-exclusive\n\
+         # Root opens the tunnel, and what strangers talk to has no rights. It reads that folder at each connection.\n\
          user nobody\ngroup nogroup\npersist-tun\npersist-key\n\
          # No tunnel without its firewall.\nscript-security 2\n\
-         up \"/bin/sh -c 'chmod -R a+rX {PLACES} {REVOKED} && exec nft -f {INTERFACE}.nft'\"\n\
+         up \"/bin/sh -c 'chmod -R a+rX {PLACES} && exec nft -f {INTERFACE}.nft'\"\n\
          keepalive {every} {silent}\nexplicit-exit-notify 1\n\
-         remote-cert-tls client\ncrl-verify {REVOKED}\ndh none\n",
+         remote-cert-tls client\ndh none\n",
         port = vpn.port,
         address = vpn.server_address,
         mask = vpn.network.mask(),
@@ -186,6 +185,7 @@ pub fn aboard(fleet: &Fleet, vessel: &Vessel, own: &Aboard, shield: &str) -> Str
         "# Lutra's VPN, the side of {name}. Written by `lutra-agent provision`: change the fleet file ashore.\n\
          client\nproto udp\nremote {host} {port}\nresolv-retry infinite\nconnect-retry 1 30\nnobind\n\
          dev {INTERFACE}\ndev-type tun\npersist-tun\nexplicit-exit-notify 1\n\
+         # Refused, as while the server's files are replaced: ask again, do not end.\nauth-retry nointeract\n\
          # The server alone is the other end, and it sets no routes here.\n\
          remote-cert-tls server\nverify-x509-name {SERVER} name\n\
          pull-filter ignore \"route \"\npull-filter ignore \"route-ipv6\"\npull-filter ignore \"redirect-\"\n\
@@ -212,7 +212,7 @@ pub fn aboard(fleet: &Fleet, vessel: &Vessel, own: &Aboard, shield: &str) -> Str
 const COMMON: &str =
     "tls-version-min 1.2\ndata-ciphers CHACHA20-POLY1305:AES-256-GCM\nallow-compression no\nverb 3\n";
 
-/// The file of a vessel in [`PLACES`], which is named as the vessel is.
+/// The file of a vessel's certificate in [`PLACES`], which has the name in the certificate.
 pub fn place(network: Network, address: Ipv4Addr) -> String {
     format!("ifconfig-push {address} {}\n", network.mask())
 }

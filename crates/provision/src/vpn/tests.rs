@@ -92,7 +92,6 @@ fn openvpn_gives_each_side_its_own_secrets_and_not_those_of_the_authority() {
         "ifconfig 10.8.0.1 255.255.255.0",
         "keepalive 25 75",
         "ccd-exclusive",
-        "crl-verify lutra.crl",
         "tls-version-min 1.2",
         "server+secret",
     ] {

@@ -33,9 +33,7 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
     let older = if grace_days > 0 { Older::Until(until) } else { Older::End };
     let vpn = arguments.vpn.then_some((fleet.vpn.kind, vessel.vpn_address));
     if vpn.is_some() {
-        // Logged before it is done: a kill in between leaves a superfluous line, not an unlogged key.
-        let line = (now, state::line("fleet.rotate", &format!("{name}: VPN key")));
-        with(&config.data, async |db| within_transaction(db, Record(vec![line])).await)?;
+        log_new_key(&config.data, &files, &fleet, &name, now)?;
     }
     let rotate = Rotate {
         name: name.clone(),
@@ -55,95 +53,155 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
             _ => say!("its old one is good until {}: provision the boat before", clock::written(until)),
         }
     }
+    say!("bring it aboard: lutra-server fleet bundle {name}");
     if arguments.vpn {
         say!(
             "{name} has a new VPN key: the boat is off the VPN from the restart below until it is provisioned again"
         );
         put_in_force(&files, &fleet, &name, now)?;
     }
-    say!("bring it aboard: lutra-server fleet bundle {name}");
     Ok(())
 }
 
-/// Writes the files of the VPN after a vessel's new key, and ends a key that it has by the other kind of VPN.
-fn put_in_force(files: &Files, fleet: &Fleet, name: &str, now: UtcTime) -> anyhow::Result<()> {
-    if write_vpn(files, fleet)?.whole()? {
-        tell_next(fleet.vpn.kind, files)?;
+/// Logged before it is done: a kill in between leaves a superfluous line, not an unlogged key.
+fn log_new_key(data: &Path, files: &Files, fleet: &Fleet, name: &String, now: UtcTime) -> anyhow::Result<()> {
+    let mut lines = vec![(now, state::line("fleet.rotate", &format!("{name}: VPN key")))];
+    let other = fleet.vpn.kind.other();
+    if vpn::of(other, files).names()?.contains(name) {
+        lines.push((now, vpn::ended(name, other)));
     }
-    vpn::of(fleet.vpn.kind.other(), files).forget(name, now)?;
-    Leftover::look(files, fleet.vpn.kind)?.remove_files()
+    Ok(with(data, async |db| within_transaction(db, Record(lines)).await)?)
+}
+
+/// Writes the files of the VPN after a vessel's new key, and ends a key that it has by the other kind of VPN.
+///
+/// # Errors
+/// A file cannot be written; or, after all is done, files of other vessels are damaged.
+fn put_in_force(files: &Files, fleet: &Fleet, name: &str, now: UtcTime) -> anyhow::Result<()> {
+    tell_doubts(files, fleet, now)?;
+    let written = write_vpn(files, fleet)?;
+    tell_next(fleet.vpn.kind, files);
+    vpn::of(fleet.vpn.kind.other(), files).forget(name)?;
+    Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
+    written.whole()
+}
+
+/// What a person should know of the other boats' keys.
+fn tell_doubts(files: &Files, fleet: &Fleet, now: UtcTime) -> anyhow::Result<()> {
+    for doubt in vpn::of(fleet.vpn.kind, files).doubts(now)? {
+        complain!("note: {doubt}");
+    }
+    Ok(())
 }
 
 /// `lutra-server fleet revoke`.
 pub(super) fn revoke(common: &Common, name: &str, place: &Place) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
-    let _lock = FleetLock::take(&config.data, "fleet revoke")?;
     let files = Files::new(&config.data, place.vpn_dir.as_deref());
-    let mut failed = take(&config.data, &files, name)?;
-    if files.applied().exists() {
-        match update(&files, name) {
-            Ok(damaged) => failed.extend(damaged),
-            Err(error) => failed.push(format!("files of the VPN: {error:#}")),
+    let names = [name.to_owned()];
+    // The link ends before the lock, so that no other command holds that up.
+    let first = end_tokens(&config.data, &files, name, false);
+    if first.is_err() && !has_key(&files, name) {
+        return first;
+    }
+    let _lock = match FleetLock::take(&config.data, "fleet revoke") {
+        Ok(lock) => lock,
+        Err(error) => {
+            let tokens = first.err().map(|error| format!("{name}: link tokens: {error:#}"));
+            let keys = format!("{name}: stored link token and keys of the VPN: {error:#}");
+            return report(&names, &tokens.into_iter().chain([keys]).collect::<Vec<_>>());
         }
-    }
-    report(name, &failed)
-}
-
-/// Brings the files of the VPN up to date after a vessel was revoked. Returns what is damaged, of other vessels too.
-fn update(files: &Files, name: &str) -> anyhow::Result<Vec<String>> {
-    let fleet = state::applied(files)?;
-    let written = write_vpn(files, &fleet)?;
-    if written.changed {
-        tell_next(fleet.vpn.kind, files)?;
-    }
-    if fleet.vessel(name).is_some() {
+    };
+    // The command before may have made a token.
+    let failed = take(&config.data, &files, name, first.is_ok());
+    if state::applied(&files).is_ok_and(|fleet| fleet.vessel(name).is_some()) {
         say!(
             "{name} is still in the fleet file: the next `fleet apply` makes new access for it, with new secrets"
         );
     }
-    Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
-    let mut damaged = written.damaged;
-    if !vpn::of(fleet.vpn.kind, files).has_shore()? {
-        damaged.push(format!(
-            "the server's key of the VPN is not there, so nothing was written that refuses {name}: bring it back from a backup and run \
-             this again; until then {}",
-            by_hand(fleet.vpn.kind, name)
-        ));
+    finish(&files, &names, failed)
+}
+
+/// Takes the access of vessels; what fails for one holds up none of the others. The caller holds the lock, and updates the
+/// files of the VPN. Returns what failed.
+pub(super) fn take_all(data: &Path, files: &Files, names: &[String]) -> Vec<String> {
+    names.iter().flat_map(|name| take(data, files, name, false)).collect()
+}
+
+/// Brings the files of the VPN up to date after vessels were revoked, and reports what failed.
+///
+/// # Errors
+/// Something failed, here or before.
+pub(super) fn finish(files: &Files, names: &[String], mut failed: Vec<String>) -> anyhow::Result<()> {
+    if files.applied().exists() {
+        match update(files, names) {
+            Ok(damaged) => failed.extend(damaged),
+            Err(error) => failed.push(format!("files of the VPN: {error:#}")),
+        }
     }
+    report(names, &failed)
+}
+
+/// Returns what is damaged, of other vessels too.
+fn update(files: &Files, names: &[String]) -> anyhow::Result<Vec<String>> {
+    let fleet = state::applied(files)?;
+    let tunnel = vpn::of(fleet.vpn.kind, files);
+    let missing = match tunnel.has_shore() {
+        Ok(true) => None,
+        Ok(false) => Some(
+            "the server's key of the VPN is not there, so its files were not written again: bring the key back from a backup and run \
+             this again"
+                .to_owned(),
+        ),
+        Err(error) => Some(format!("{error:#}")),
+    };
+    let mut damaged = Vec::new();
+    if let Some(why) = missing {
+        let until: Vec<String> = names.iter().map(|name| by_hand(fleet.vpn.kind, name)).collect();
+        damaged.push(format!("{why}; until then {}", until.join("; ")));
+    } else {
+        tell_doubts(files, &fleet, clock::now())?;
+        damaged.extend(write_vpn(files, &fleet)?.damaged);
+        tell_next(fleet.vpn.kind, files);
+    }
+    Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
     Ok(damaged)
 }
 
-/// Ends a vessel's access, part by part: what fails holds up no other part. The caller updates the files of the VPN.
-/// Returns what failed.
+/// Ends a vessel's link tokens. Where this was done a moment ago (`again`) it speaks of further ones alone.
 ///
 /// # Errors
-/// There is no such vessel.
-pub(super) fn take(data: &Path, files: &Files, name: &str) -> anyhow::Result<Vec<String>> {
-    let now = clock::now();
-    let has_key = has_key(files, name);
-    let revoke = Revoke { name: name.to_owned(), has_key, now };
+/// There is no such vessel, or app.db cannot be written.
+fn end_tokens(data: &Path, files: &Files, name: &str, again: bool) -> anyhow::Result<()> {
+    let revoke = Revoke { name: name.to_owned(), has_key: has_key(files, name), again, now: clock::now() };
+    let tokens = with(data, async |db| within_transaction(db, revoke).await)?;
+    if tokens > 0 || !again {
+        let s = if tokens == 1 { "" } else { "s" };
+        say!("{name}: {tokens} link token{s} revoked; its name and recordings stay");
+    }
+    Ok(())
+}
+
+/// Ends a vessel's access, part by part: what fails holds up no other part. Returns what failed.
+fn take(data: &Path, files: &Files, name: &str, again: bool) -> Vec<String> {
     let mut failed = Vec::new();
-    match with(data, async |db| within_transaction(db, revoke).await) {
-        Ok(tokens) => {
-            let s = if tokens == 1 { "" } else { "s" };
-            say!("{name}: {tokens} link token{s} revoked; its name and recordings stay");
-        }
-        Err(error) if has_key => failed.push(format!("link tokens: {error}")),
-        Err(error) => return Err(error.into()),
+    if let Err(error) = end_tokens(data, files, name, again) {
+        failed.push(format!("{name}: link tokens: {error:#}"));
     }
     if let Err(error) = files.forget_token(name) {
-        failed.push(format!("stored link token: {error:#}"));
+        failed.push(format!("{name}: stored link token: {error:#}"));
     }
     for kind in VpnKind::ALL {
-        match vpn::of(kind, files).forget(name, now) {
+        match vpn::of(kind, files).forget(name) {
             Ok(true) => say!("{name}: its key by {} is ended", kind.name()),
             Ok(false) => {}
             Err(error) => {
-                failed.push(format!("{}: {error:#}; until then {}", kind.name(), by_hand(kind, name)));
+                let until = by_hand(kind, name);
+                failed.push(format!("{name}: {}: {error:#}; until then {until}", kind.name()));
             }
         }
     }
-    Ok(failed)
+    failed
 }
 
 /// How root refuses a boat without the files of the fleet.
@@ -152,8 +210,10 @@ fn by_hand(kind: VpnKind, name: &str) -> String {
         VpnKind::WireGuard => format!(
             "take the [Peer] of {name} out of /etc/wireguard/lutra.conf by hand and `sudo systemctl try-restart wg-quick@lutra`"
         ),
+        // As many signs as a serial number has, so that no other boat's file goes.
         VpnKind::OpenVpn => format!(
-            "refuse it by hand: `sudo rm -f /etc/openvpn/server/lutra.ccd/{name} && sudo systemctl try-restart openvpn-server@lutra`"
+            "refuse it by hand: `sudo find /etc/openvpn/server/lutra.ccd -name '{name}.????????????????' -delete && sudo systemctl \
+             try-restart openvpn-server@lutra`"
         ),
     }
 }
@@ -162,15 +222,17 @@ fn by_hand(kind: VpnKind, name: &str) -> String {
 ///
 /// # Errors
 /// Something failed.
-pub(super) fn report(name: &str, failed: &[String]) -> anyhow::Result<()> {
+fn report(names: &[String], failed: &[String]) -> anyhow::Result<()> {
     for part in failed {
         complain!("not done: {part}");
     }
     let s = if failed.len() == 1 { "" } else { "s" };
+    let again: Vec<String> = names.iter().map(|name| format!("`lutra-server fleet revoke {name}`")).collect();
     ensure!(
         failed.is_empty(),
-        "{} part{s} of this could not be done, all others are: mend that, then run `lutra-server fleet revoke {name}` again",
-        failed.len()
+        "{} part{s} of this could not be done, all others are: mend that, then run {} again",
+        failed.len(),
+        again.join(" and ")
     );
     Ok(())
 }
@@ -226,6 +288,8 @@ struct Revoke {
     name: String,
     /// Whether it has a key of a VPN: then app.db may not know it.
     has_key: bool,
+    /// Whether the audit log has it already, unless a token ends.
+    again: bool,
     now: UtcTime,
 }
 
@@ -234,7 +298,7 @@ impl Request for Revoke {
     type Answer = u64;
 
     async fn run(self, db: &mut Connection) -> Result<u64, Fault> {
-        let Self { name, has_key, now } = self;
+        let Self { name, has_key, again, now } = self;
         let known = vessels::List.run(db).await?.into_iter().find(|vessel| vessel.name == name);
         if known.is_none() && !has_key {
             return Err(Fault::refused(
@@ -247,7 +311,9 @@ impl Request for Revoke {
             }
             None => 0,
         };
-        Record(vec![(now, state::line("fleet.revoke", &name))]).run(db).await?;
+        if tokens > 0 || !again {
+            Record(vec![(now, state::line("fleet.revoke", &name))]).run(db).await?;
+        }
         Ok(tokens)
     }
 }

@@ -50,14 +50,15 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
         say!("nothing was done (--dry-run)");
         return Ok(());
     }
-    for name in &arguments.revoke {
-        let failed = access::take(&config.data, &files, name)?;
-        access::report(name, &failed)?;
+    // All of these, before anything else: what cannot be done for one holds up none of the others.
+    let failed = access::take_all(&config.data, &files, &arguments.revoke);
+    if !failed.is_empty() {
+        return access::finish(&files, &arguments.revoke, failed);
     }
     let changed = plan.carry_out(&config.data, &files, &fleet, &text)?;
     say!("done");
     if changed || !arguments.revoke.is_empty() {
-        tell_next(fleet.vpn.kind, &files)?;
+        tell_next(fleet.vpn.kind, &files);
     }
     Ok(())
 }
@@ -225,7 +226,7 @@ impl Plan {
             say!("will make a link token for {name}");
         }
         if self.server_key {
-            say!("will make the server's VPN key");
+            say!("will make the server's VPN key: every boat needs a bundle made after that");
         }
         for KeyStep { name, address, new } in &self.keys {
             let what = if *new { "make a VPN key" } else { "move the VPN key" };
@@ -245,7 +246,8 @@ impl Plan {
         let now = clock::now();
         let server = self.server_key.then_some("the server");
         let named = server.into_iter().chain(self.keys.iter().map(|step| step.name.as_str()));
-        let lines: Vec<_> = named.map(|name| (now, state::line("fleet.vpn", name))).collect();
+        let lines = named.map(|name| state::line("fleet.vpn", name)).chain(self.left.lines());
+        let lines: Vec<_> = lines.map(|line| (now, line)).collect();
         if !lines.is_empty() {
             with(data, async |db| within_transaction(db, Record(lines)).await)?;
         }
@@ -258,10 +260,11 @@ impl Plan {
         }
         let change = Change { names: self.names, tokens: self.tokens, files: files.clone(), now };
         with(data, async |db| within_transaction(db, change).await)?;
-        let changed = write_vpn(files, fleet)?.whole()? || !self.left.is_empty();
-        self.left.end(files, now)?;
+        let written = write_vpn(files, fleet)?;
+        self.left.end(files)?;
         files::write(&files.applied(), text.as_bytes())?;
-        Ok(changed)
+        written.whole()?;
+        Ok(written.changed || !self.left.is_empty())
     }
 }
 

@@ -26,6 +26,8 @@ const SMALL_FILE_BYTES: u64 = 1 << 20;
 /// `lutra-server fleet bundle`.
 pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
+    // Before the lock: a pipe that gives it late must not hold up a revocation.
+    let (passphrase, made) = passphrase(arguments.passphrase_file.as_deref())?;
     let _lock = FleetLock::take(&config.data, "fleet bundle")?;
     let files = Files::new(&config.data, None);
     let fleet = state::applied(&files)?;
@@ -39,7 +41,6 @@ pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Re
     let name = vessel.name.as_str();
     let parts = parts(&config, arguments, &files, &fleet, vessel)?;
     let bundle = Bundle::new(manifest(vessel), parts);
-    let (passphrase, made) = passphrase(arguments.passphrase_file.as_deref())?;
     let mut random = [0; 28];
     getrandom::fill(&mut random).context("the kernel gives no randomness")?;
     let sealed = bundle.seal(&passphrase, Randomness(random))?;

@@ -6,7 +6,7 @@
 
 use anyhow::{Context as _, ensure};
 use std::fs;
-use std::io::{self, Read as _, Seek as _, Write as _};
+use std::io::{self, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
@@ -51,19 +51,10 @@ impl Files {
 
     /// Names of vessels that have a file with this extension, in order.
     pub(super) fn names(&self, extension: &str) -> anyhow::Result<Vec<String>> {
-        let entries = match fs::read_dir(&self.fleet) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(error) => return Err(error).with_context(|| format!("cannot read {}", self.fleet.display())),
-        };
         let end = format!(".{extension}");
-        let mut names = Vec::new();
-        for entry in entries {
-            let name = entry?.file_name();
-            names.extend(name.to_str().and_then(|name| name.strip_suffix(&end)).map(str::to_owned));
-        }
-        names.sort();
-        Ok(names)
+        let entries = entries(&self.fleet)?;
+        let names = entries.iter().filter_map(|path| path.file_name()?.to_str()?.strip_suffix(&end));
+        Ok(names.map(str::to_owned).collect())
     }
 
     /// Deletes a vessel's link token. Returns whether there was one.
@@ -90,24 +81,18 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Option<String>> {
     }
 }
 
-/// Adds a line to a file that only its owner can read; it is on disk when this returns. A last line that a killed run left
-/// without its end is dropped. Makes file and folder if they are missing.
-pub(super) fn append(path: &Path, line: &str) -> anyhow::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let written = || -> io::Result<()> {
-        fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
-        let mut options = fs::OpenOptions::new();
-        let mut file = options.read(true).write(true).create(true).truncate(false).mode(0o600).open(path)?;
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes)?;
-        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-        file.set_len(whole as u64)?;
-        file.seek(io::SeekFrom::Start(whole as u64))?;
-        file.write_all(format!("{line}\n").as_bytes())?;
-        file.sync_all()?;
-        fs::File::open(folder)?.sync_all()
+/// What is in a folder, in order; nothing if it does not exist.
+pub(super) fn entries(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let unreadable = || format!("cannot read {}", folder.display());
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(error).with_context(unreadable),
     };
-    written().with_context(|| format!("cannot write {}", path.display()))
+    let paths = entries.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>();
+    let mut paths = paths.with_context(unreadable)?;
+    paths.sort();
+    Ok(paths)
 }
 
 /// Removes a file. Returns whether there was one.

@@ -50,9 +50,10 @@ impl Spooled {
         self.declared.iter().any(|(from, to)| (*from..*to).contains(&number))
     }
 
-    /// Packets that it took and did not give up.
-    pub(crate) fn kept(&self) -> impl Iterator<Item = &Bytes> {
-        self.packets.iter().filter(|(number, _)| !self.is_declared(**number)).map(|(_, packet)| packet)
+    /// Packets that it took and did not give up, with their numbers, in order.
+    pub(crate) fn kept(&self) -> impl Iterator<Item = (u64, &Bytes)> {
+        let kept = self.packets.iter().filter(|(number, _)| !self.is_declared(**number));
+        kept.map(|(number, packet)| (*number, packet))
     }
 
     /// Numbers between the first and the last of which the witness saw nothing.

@@ -1,93 +1,31 @@
-//! Certificates of OpenVPN: an authority for the VPN alone, what it signs, and its list of revoked certificates.
+//! Certificates of OpenVPN: an authority for the VPN alone, and what it signs.
 //!
-//! All last as long as the authority: a boat that is at sea when its certificate ends is off the VPN, and a stolen one is
-//! revoked by the list. The list lasts as long, because OpenVPN lets nobody in once it has ended.
+//! All last as long as the authority: a boat that is at sea when its certificate ends is off the VPN. A certificate that was
+//! replaced or taken is refused because OpenVPN lets in only those that have a file in `lutra.ccd`.
 
+use crate::tls::DAY_US;
 use crate::tls::authority::lasts;
-use crate::tls::{DAY_US, day};
 use anyhow::{Context as _, ensure};
 use provision::authority_validity;
 use provision::openvpn::Identity;
 use rcgen::{
-    BasicConstraints, CertificateParams, CertificateRevocationListParams, DnType, ExtendedKeyUsagePurpose,
-    IsCa, Issuer, KeyIdMethod, KeyPair, KeyUsagePurpose, RevokedCertParams, SerialNumber,
+    BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
+    KeyUsagePurpose, SerialNumber,
 };
 use shore::clock;
-use std::fmt;
 use units::UtcTime;
 
 /// How long the authority lasts, days.
 const AUTHORITY_DAYS: i64 = 3_650;
 
-/// The number of a certificate, by which it is revoked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Serial(pub(super) [u8; 16]);
-
-impl Serial {
-    /// Reads what `Display` wrote.
-    pub(super) fn parse(text: &str) -> Option<Self> {
-        let mut bytes = [0; 16];
-        hex::decode_to_slice(text.trim(), &mut bytes).ok()?;
-        Some(Self(bytes))
-    }
-
-    fn number(self) -> SerialNumber {
-        SerialNumber::from_slice(&self.0)
-    }
-}
-
-impl fmt::Display for Serial {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&hex::encode(self.0))
-    }
-}
-
-/// A certificate that is good no more.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Revoked {
-    pub(super) serial: Serial,
-    pub(super) at: UtcTime,
-    /// The vessel's name, for people.
-    pub(super) name: String,
-}
-
-impl Revoked {
-    /// Reads what `Display` wrote.
-    pub(super) fn parse(text: &str) -> Option<Self> {
-        let mut words = text.split_ascii_whitespace();
-        let serial = Serial::parse(words.next()?)?;
-        let at = UtcTime::from_micros(words.next()?.parse().ok()?);
-        Some(Self { serial, at, name: words.next()?.to_owned() })
-    }
-}
-
-impl fmt::Display for Revoked {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} {}", self.serial, self.at.micros(), self.name)
-    }
-}
+/// The number of a certificate.
+pub(super) type Serial = [u8; 8];
 
 /// The end of the tunnel that a certificate is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
     Server,
     Vessel,
-}
-
-impl Purpose {
-    /// Reads what `Display` wrote.
-    pub(super) fn parse(text: &str) -> Option<Self> {
-        [Self::Server, Self::Vessel].into_iter().find(|purpose| purpose.to_string() == text)
-    }
-}
-
-impl fmt::Display for Purpose {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Server => "server",
-            Self::Vessel => "vessel",
-        })
-    }
 }
 
 /// A new authority.
@@ -114,7 +52,7 @@ pub(super) fn sign(
     let mut parameters = CertificateParams::new(Vec::new())?;
     lasts(&mut parameters, now, until);
     call(&mut parameters, name);
-    parameters.serial_number = Some(serial.number());
+    parameters.serial_number = Some(SerialNumber::from_slice(&serial));
     parameters.key_usages = vec![KeyUsagePurpose::DigitalSignature];
     parameters.extended_key_usages = vec![match purpose {
         Purpose::Server => ExtendedKeyUsagePurpose::ServerAuth,
@@ -123,26 +61,6 @@ pub(super) fn sign(
     parameters.use_authority_key_identifier_extension = true;
     let certificate = parameters.signed_by(&key, &issuer)?.pem();
     Ok(Identity { certificate, key: key.serialize_pem() })
-}
-
-/// The list of revoked certificates in PEM, with the number of its entries as its own.
-pub(super) fn list(authority: &Identity, revoked: &[Revoked], now: UtcTime) -> anyhow::Result<String> {
-    let (issuer, until) = issuer(authority, now)?;
-    let revoked_certs = revoked.iter().map(|one| RevokedCertParams {
-        serial_number: one.serial.number(),
-        revocation_time: day(one.at, rcgen::date_time_ymd),
-        reason_code: None,
-        invalidity_date: None,
-    });
-    let parameters = CertificateRevocationListParams {
-        this_update: day(UtcTime::from_micros(now.micros() - DAY_US), rcgen::date_time_ymd),
-        next_update: day(until, rcgen::date_time_ymd),
-        crl_number: SerialNumber::from(revoked.len() as u64 + 1),
-        issuing_distribution_point: None,
-        revoked_certs: revoked_certs.collect(),
-        key_identifier_method: KeyIdMethod::Sha256,
-    };
-    Ok(parameters.signed_by(&issuer)?.pem()?)
 }
 
 /// The authority as one that signs, and its end.
@@ -165,7 +83,7 @@ fn authority_parameters(now: UtcTime, until: UtcTime) -> anyhow::Result<Certific
     lasts(&mut parameters, now, until);
     call(&mut parameters, "Lutra VPN authority");
     parameters.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
-    parameters.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+    parameters.key_usages = vec![KeyUsagePurpose::KeyCertSign];
     Ok(parameters)
 }
 

@@ -1,17 +1,17 @@
 //! The VPN of a fleet: keys, files, and the steps for root. `wireguard` and `openvpn` are its two kinds, `certificates` makes
-//! what OpenVPN needs, `issued` is the list of all that it made.
+//! what OpenVPN needs.
 
 mod certificates;
-mod issued;
 mod openvpn;
 mod wireguard;
 
 use super::files::{self, Files};
+use super::state;
 use crate::cli::say::say;
 use anyhow::{Context as _, ensure};
 use provision::{Fleet, Part, Vessel, VpnKind, nftables};
+use shore::identity::Line;
 use std::fs;
-use std::io::ErrorKind;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
@@ -41,10 +41,10 @@ pub(super) trait Tunnel {
     fn names(&self) -> anyhow::Result<Vec<String>>;
 
     /// Takes a vessel's key. Returns whether it had one.
-    fn forget(&self, name: &str, now: UtcTime) -> anyhow::Result<bool>;
+    fn forget(&self, name: &str) -> anyhow::Result<bool>;
 
-    /// Whether a vessel comes in by its name, so that it keeps its place where its file ashore is damaged.
-    fn knows_by_name(&self) -> bool;
+    /// Whether a vessel keeps its place where its file ashore is damaged.
+    fn keeps_place(&self) -> bool;
 
     /// The folder of the files that root puts into force.
     fn folder(&self) -> PathBuf;
@@ -74,18 +74,18 @@ pub(super) fn of<'a>(kind: VpnKind, files: &'a Files) -> Box<dyn Tunnel + 'a> {
 }
 
 /// Prints the steps of root, also those that end a VPN of the other kind that was there before.
-pub(super) fn tell_next(kind: VpnKind, files: &Files) -> anyhow::Result<()> {
+pub(super) fn tell_next(kind: VpnKind, files: &Files) {
     say!("the VPN goes by the new files once root has them:");
     let (unit, configuration) = match kind.other() {
         VpnKind::OpenVpn => ("openvpn-server@lutra", "/etc/openvpn/server/lutra.conf"),
         VpnKind::WireGuard => ("wg-quick@lutra", "/etc/wireguard/lutra.conf"),
     };
-    if of(kind.other(), files).has_shore()? {
+    // One that is damaged may have let boats in before.
+    if of(kind.other(), files).has_shore().unwrap_or(true) {
         say!("  sudo systemctl disable --now {unit}    # if it runs: both have the same addresses");
         say!("  sudo rm -f {configuration}    # it lets boats in by keys of before");
     }
     of(kind, files).tell_next();
-    Ok(())
 }
 
 /// What is left of a VPN of the other kind than the fleet's: names that have a key there, and files for root.
@@ -108,6 +108,11 @@ impl Leftover {
         Ok(Self { kind, names, paths, folders: written.into_iter().filter(|path| path.is_dir()).collect() })
     }
 
+    /// Lines of the audit log about its end.
+    pub(super) fn lines(&self) -> Vec<Line> {
+        self.names.iter().map(|name| ended(name, self.kind)).collect()
+    }
+
     pub(super) const fn is_empty(&self) -> bool {
         self.names.is_empty() && self.paths.is_empty()
     }
@@ -122,9 +127,9 @@ impl Leftover {
     }
 
     /// Ends these keys, and removes these files. A vessel that goes over to the fleet's VPN has no second way in.
-    pub(super) fn end(&self, files: &Files, now: UtcTime) -> anyhow::Result<()> {
+    pub(super) fn end(&self, files: &Files) -> anyhow::Result<()> {
         for name in &self.names {
-            of(self.kind, files).forget(name, now)?;
+            of(self.kind, files).forget(name)?;
         }
         self.remove_files()
     }
@@ -145,16 +150,19 @@ impl Leftover {
     }
 }
 
+/// The line of the audit log about the end of a vessel's key by this kind of VPN.
+pub(super) fn ended(name: &str, kind: VpnKind) -> Line {
+    state::line("fleet.revoke", &format!("{name}: key by {}", kind.name()))
+}
+
 /// What Lutra wrote at a path: the file, or of a folder its own files alone. Where a person chose the place, the folder may hold
 /// the keys of other tunnels.
 fn own(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(path.exists().then(|| path.to_owned()).into_iter().collect());
     }
-    let all = fs::read_dir(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let mut own = all.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<PathBuf>>>()?;
+    let mut own = files::entries(path)?;
     own.retain(|path| path.file_stem().is_some_and(|stem| stem == provision::INTERFACE));
-    own.sort();
     Ok(own)
 }
 
@@ -167,12 +175,19 @@ pub(super) fn firewall(folder: &Path) -> PathBuf {
 /// A file that is damaged is reported, and holds up no other vessel.
 fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Vec<Member>, Vec<String>)> {
     let (mut members, mut damaged) = (Vec::new(), Vec::new());
+    let left_out = |name: &str, error: &anyhow::Error| {
+        format!("{error:#}; until then the new files of the VPN leave {name} out")
+    };
     for vessel in &fleet.vessels {
         let is_in = match tunnel.address(&vessel.name) {
             Ok(address) => address.is_some(),
-            Err(error) => {
+            Err(error) if tunnel.keeps_place() => {
                 damaged.push(format!("{error:#}"));
-                tunnel.knows_by_name()
+                true
+            }
+            Err(error) => {
+                damaged.push(left_out(&vessel.name, &error));
+                false
             }
         };
         if is_in {
@@ -182,7 +197,7 @@ fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Vec<Member>, V
     for name in left(tunnel, fleet)? {
         match tunnel.address(&name) {
             Ok(address) => members.extend(address.map(|address| Member { name, address })),
-            Err(error) => damaged.push(format!("{error:#}")),
+            Err(error) => damaged.push(left_out(&name, &error)),
         }
     }
     Ok((members, damaged))
@@ -222,18 +237,16 @@ pub(super) fn differs(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<bool
 #[derive(Debug, Default)]
 pub(super) struct Written {
     pub(super) changed: bool,
-    /// Vessels' files that cannot be read, each with its remedy. By WireGuard the new files leave these vessels out.
+    /// Vessels' files that cannot be read, each with its remedy.
     pub(super) damaged: Vec<String>,
 }
 
 impl Written {
-    /// Whether files changed.
-    ///
     /// # Errors
     /// Vessels' files cannot be read.
-    pub(super) fn whole(self) -> anyhow::Result<bool> {
+    pub(super) fn whole(&self) -> anyhow::Result<()> {
         ensure!(self.damaged.is_empty(), "{}", self.damaged.join("; "));
-        Ok(self.changed)
+        Ok(())
     }
 }
 
@@ -260,20 +273,8 @@ pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<Written>
 
 /// Files of vessels, in the folder that OpenVPN looks into, that are not wanted.
 fn stale(folder: &Path, wanted: &[(PathBuf, String)]) -> anyhow::Result<Vec<PathBuf>> {
-    let places = folder.join(provision::openvpn::PLACES);
-    let entries = match fs::read_dir(&places) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(error).with_context(|| format!("cannot read {}", places.display())),
-    };
-    let mut stale = Vec::new();
-    for entry in entries {
-        let path = entry.with_context(|| format!("cannot read {}", places.display()))?.path();
-        if wanted.iter().all(|(one, _)| *one != path) {
-            stale.push(path);
-        }
-    }
-    stale.sort();
+    let mut stale = files::entries(&folder.join(provision::openvpn::PLACES))?;
+    stale.retain(|path| wanted.iter().all(|(one, _)| one != path));
     Ok(stale)
 }
 

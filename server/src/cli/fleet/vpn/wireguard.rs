@@ -72,11 +72,11 @@ impl Tunnel for WireGuard<'_> {
         self.0.names(EXTENSION)
     }
 
-    fn forget(&self, name: &str, _: UtcTime) -> anyhow::Result<bool> {
+    fn forget(&self, name: &str) -> anyhow::Result<bool> {
         files::remove(&self.path(name))
     }
 
-    fn knows_by_name(&self) -> bool {
+    fn keeps_place(&self) -> bool {
         false
     }
 
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!((vpn.address("otter-01").unwrap(), key()), (Some(second), made.clone()));
         vpn.give("otter-01", second, true, NOW).unwrap();
         assert_ne!(key(), made);
-        assert!(vpn.forget("otter-01", NOW).unwrap() && !vpn.forget("otter-01", NOW).unwrap());
+        assert!(vpn.forget("otter-01").unwrap() && !vpn.forget("otter-01").unwrap());
     }
 
     #[test]
