@@ -200,24 +200,30 @@ impl Table {
         format!("DELETE FROM pg_temp.\"{}\"", self.name)
     }
 
+    /// Copies rows that are not there yet straight into the table; one that is there refuses them all.
+    pub(super) fn copy_new(&self, schema: &str) -> String {
+        format!("COPY {} ({}) FROM STDIN (FORMAT binary)", self.full_name(schema), self.column_names())
+    }
+
     pub(super) fn copy(&self) -> String {
         format!("COPY pg_temp.\"{}\" FROM STDIN (FORMAT binary)", self.name)
     }
 
     /// Takes over what was copied. A row that is there stays, and stands for the earliest arrival of its message.
     pub(super) fn merge(&self, schema: &str) -> String {
-        let table = self.full_name(schema);
-        let mut columns = String::new();
-        for column in &self.columns {
-            let comma = if columns.is_empty() { "" } else { ", " };
-            write!(columns, "{comma}\"{}\"", column.name).ok();
-        }
+        let (table, columns) = (self.full_name(schema), self.column_names());
         format!(
             "INSERT INTO {table} AS there ({columns}) SELECT {columns} FROM pg_temp.\"{}\" ON CONFLICT ({}) DO UPDATE SET \
              received = EXCLUDED.received, dst = EXCLUDED.dst, dst_ent = EXCLUDED.dst_ent \
              WHERE there.received > EXCLUDED.received",
             self.name, self.key
         )
+    }
+
+    /// Those that rows give, not those that are computed.
+    fn column_names(&self) -> String {
+        let names: Vec<String> = self.columns.iter().map(|column| format!("\"{}\"", column.name)).collect();
+        names.join(", ")
     }
 }
 

@@ -283,16 +283,35 @@ impl Session {
         patiently(self.connection.execute(sqlx::raw_sql(AssertSqlSafe(sql)))).await.map(drop)
     }
 
-    /// Copies rows and takes them over into their table.
+    /// Copies rows and takes them over into their table, whether they are there or not.
     pub(super) async fn put(&mut self, id: TableId, data: &[u8]) -> Result<(), Trouble> {
         let Some(table) = self.tables.get(&id) else { return Ok(()) };
         let (copy, merge) = (table.copy(), table.merge(&self.schema));
-        let mut copying = patiently(self.connection.copy_in_raw(&copy)).await?;
+        self.copy_in(&copy, data).await?;
+        self.run(merge).await
+    }
+
+    /// Copies rows that are not there yet; where one is, or the table takes no COPY, none of them and `false`.
+    pub(super) async fn put_new(&mut self, id: TableId, data: &[u8]) -> Result<bool, Trouble> {
+        let Some(table) = self.tables.get(&id) else { return Ok(true) };
+        let copy = table.copy_new(&self.schema);
+        self.run("SAVEPOINT new".to_owned()).await?;
+        match self.copy_in(&copy, data).await {
+            Ok(()) => self.run("RELEASE SAVEPOINT new".to_owned()).await.map(|()| true),
+            Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
+                self.run("ROLLBACK TO SAVEPOINT new; RELEASE SAVEPOINT new".to_owned()).await?;
+                Ok(false)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    async fn copy_in(&mut self, copy: &str, data: &[u8]) -> Result<(), Trouble> {
+        let mut copying = patiently(self.connection.copy_in_raw(copy)).await?;
         for chunk in data.chunks(CHUNK) {
             patiently(copying.send(chunk)).await?;
         }
-        patiently(copying.finish()).await?;
-        self.run(merge).await
+        patiently(copying.finish()).await.map(drop)
     }
 
     /// Empties what rows of a table are copied to.
