@@ -41,6 +41,7 @@ const LONGEST_LINE: usize = 64 * 1024;
 
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
   {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5, \"clearance\": 25}
+time_us is what the answer took; learn_us, where it is given, what was spent before it on water in which a search was long.
 
 A current field is CSV with the columns time,lat,lon,east_mps,north_mps (ISO 8601, degrees, m/s), or NetCDF of the
 classic format by the CF conventions. Beyond its edges and times the current is not known: then there is no time.
@@ -319,19 +320,21 @@ impl Terms<'_> {
         let began = Instant::now();
         let spent = || began.elapsed();
         // Where the search for an earlier pair was long, the further ones gain by it. Like preparing water it is done once.
-        self.router.learn(&self.cancel(&spent)).map_err(|error| error.to_string())?;
+        let learned = self.router.learn(&self.cancel(&spent)).map_err(|error| error.to_string())?;
+        let learn_us = began.elapsed().as_micros();
         let began = Instant::now();
         let spent = || began.elapsed();
         let answer = self.router.route(&request, &needs, &self.cancel(&spent));
         let time_us = began.elapsed().as_micros();
-        Ok(match answer {
+        let mut value = match answer {
             Ok(route) => self.described(&pair.id, &route, time_us),
-            Err(refusal) => {
-                let mut value = refused(&pair.id, &refusal);
-                value["time_us"] = json!(time_us);
-                value
-            }
-        })
+            Err(refusal) => refused(&pair.id, &refusal),
+        };
+        value["time_us"] = json!(time_us);
+        if learned {
+            value["learn_us"] = json!(learn_us);
+        }
+        Ok(value)
     }
 
     fn described(&self, id: &Value, route: &Route, time_us: u128) -> Value {
