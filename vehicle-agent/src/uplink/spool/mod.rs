@@ -357,9 +357,13 @@ impl Spool {
 
 /// Makes a file; one of the same name has no entries and is started over.
 fn create(folder: &Path, first: u64) -> io::Result<Active> {
-    let mut file = OpenOptions::new().create(true).append(true).open(path(folder, first))?;
-    file.set_len(0)?;
-    file.write_all(&Header { level: Level::Whole, first, end: None }.to_bytes())?;
+    let path = path(folder, first);
+    let mut file = OpenOptions::new().create(true).append(true).open(&path)?;
+    let header = Header { level: Level::Whole, first, end: None }.to_bytes();
+    // A full disk may take the name alone: the file before it is written on then.
+    file.set_len(0).and_then(|()| file.write_all(&header)).inspect_err(|_| {
+        fs::remove_file(&path).ok();
+    })?;
     Ok(Active { first, file: Arc::new(file), bytes: HEADER_BYTES as u64, is_torn: false })
 }
 

@@ -26,10 +26,10 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Reads a folder, truncates a torn file and removes remainders of a thinning.
+    /// Reads a folder, truncates a torn file and removes files without entries and remainders of a thinning.
     pub(super) fn look(folder: &Path, remarks: &mut Vec<String>) -> anyhow::Result<Self> {
         let mut files = BTreeMap::new();
-        let mut covered = 0;
+        let (mut covered, mut begun, mut begun_at) = (0, 0, UtcTime::default());
         for first in names(folder)? {
             let path = path(folder, first);
             let (bytes, header) = head(&path).with_context(|| format!("reading {}", path.display()))?;
@@ -38,16 +38,24 @@ impl Found {
                 fs::remove_file(&path).ok();
                 continue;
             }
+            // It was begun when the last entry of the file before it was written, or was to be begun on a full disk: that file
+            // may have gone on.
+            if bytes <= HEADER_BYTES as u64 {
+                (begun, begun_at) = (first, changed(&path)?);
+                fs::remove_file(&path)?;
+                continue;
+            }
             let header = header.filter(|header| header.first == first);
             covered = covered.max(header.and_then(|header| header.end).unwrap_or(0));
             // A file without a header is treated as damaged when read.
             let level = header.map_or(Level::Whole, |header| header.level);
             files.insert(first, Info { level, bytes });
         }
-        let mut found = Self { files, next: covered, last_recorded: UtcTime::default() };
+        let mut found = Self { files, next: covered.max(begun), last_recorded: begun_at };
         if let Some((first, _)) = found.files.last_key_value() {
             found.mend_last(folder, *first, remarks)?;
         }
+        found.last_recorded = found.last_recorded.max(begun_at);
         Ok(found)
     }
 

@@ -81,6 +81,39 @@ fn what_is_written_is_read_and_what_is_acknowledged_is_forgotten() {
 }
 
 #[test]
+fn files_that_a_full_disk_left_empty_hide_no_packets() {
+    // Such a disk takes a file's name but not its header; once there is room again, the file before it is written on.
+    for (emptied, bytes) in
+        [(vec![7], 0), (vec![7, 30], 0), (vec![7, 12, 30], HEADER_BYTES / 2), (vec![40], 0)]
+    {
+        let folder = temporary();
+        let mut spool = open(folder.path());
+        append(&mut spool, 40, |_| false);
+        let first = spool.active.first;
+        assert_eq!(first, 0, "they are all in one file");
+        drop(spool);
+        for number in &emptied {
+            fs::write(path(folder.path(), *number), vec![0; bytes]).unwrap();
+        }
+        let mut spool = open(folder.path());
+        let killed = spool.state().next;
+        append(&mut spool, 3, |_| false);
+        let (packets, gaps) = read_all(&mut spool, 0);
+        assert_eq!(packets, (0..40).chain(killed..killed + 3).collect::<Vec<_>>(), "{emptied:?}");
+        assert!(
+            gaps.iter().all(|gap| gap.reason == GapReason::Killed && gap.from >= 40),
+            "{emptied:?}: {gaps:?}"
+        );
+        let left = fs::read_dir(folder.path()).unwrap().filter(|one| {
+            let one = one.as_ref().unwrap();
+            one.path().extension().is_some_and(|end| end == "spool")
+                && one.metadata().unwrap().len() < HEADER_BYTES as u64
+        });
+        assert_eq!(left.count(), 0, "{emptied:?}: no remainder stays");
+    }
+}
+
+#[test]
 fn killed_at_any_byte_nothing_whole_is_lost_and_it_goes_on() {
     let folder = temporary();
     let mut spool = open(folder.path());
