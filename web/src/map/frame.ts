@@ -14,6 +14,8 @@ const WHEEL_MS = 400;
 
 /** The tools at the right edge cover so much: latitudes stand beside them. */
 const BESIDE_TOOLS_PX = 58;
+/** The words at the lower edge take two lines at most: longitudes stand above them (`.chart-credit`), and the scales above those. */
+const ABOVE_WORDS_PX = 40;
 
 export interface Wheel {
   isOwn(): boolean;
@@ -57,6 +59,7 @@ export function graticuleLayer({ ink, halo, grid }: Palette): Graticule {
   const text = new Text({ font: `12px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 3 }) });
   const along = text.clone();
   text.setTextBaseline("bottom");
+  text.setOffsetY(-ABOVE_WORDS_PX);
   along.setTextAlign("end");
   along.setOffsetX(-BESIDE_TOOLS_PX);
   return new Graticule({
