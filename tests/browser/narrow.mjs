@@ -73,7 +73,7 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/plans`);
   await page.getByRole("link", { name: one.name }).waitFor();
   check((await beside(".wide")) <= 0, "all that is said of a plan is in its card");
-  for (const path of ["/account", "/admin/connections"]) {
+  for (const path of ["/account", "/admin/connections", "/admin/storage"]) {
     await page.goto(url + path);
     await page.locator('body[data-link="up"]').waitFor();
     const cutOff = await page.locator(".wide").evaluateAll((all) => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.getAttribute("aria-label")));
