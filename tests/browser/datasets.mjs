@@ -15,6 +15,8 @@ const fetched = async (page, press) => {
 };
 /** In two steps, which are of the page and hold nothing else up. */
 const publish = async (page) => {
+  const main = await page.locator('section[aria-label="Draft"] .main').allTextContents();
+  check(main.length === 1, `one main button: ${main}`);
   await page.getByRole("button", { name: "Publish version 1" }).click();
   await page.getByRole("group", { name: "Publish it? What is published never changes." }).getByRole("button", { name: "Publish version 1" }).click();
 };

@@ -51,6 +51,14 @@ await inBrowser(async (open) => {
       // The time bar is where time is chosen.
       if (path !== "/") check(!(await page.locator(".timebar").isVisible()), `${where}: no time bar on Control`);
     }
+    // The page of a vessel is open. Longitudes stand between the words at the map's lower edge and its scales.
+    const { credit, figures, scale } = await page.evaluate(() => {
+      const above = (selector, edge) => document.querySelector(".map").getBoundingClientRect().bottom - document.querySelector(selector).getBoundingClientRect()[edge];
+      return { credit: document.querySelector(".chart-credit").checkVisibility() ? above(".chart-credit", "top") : 0, figures: [40, 56], scale: above(".ol-scale-line", "bottom") };
+    });
+    check(credit <= figures[0] && scale >= figures[1], `${size.width} px: longitudes under ${credit} px of words or under the scale ${scale} px above the edge`);
+    const lines = new Set(await page.getByRole("tab").evaluateAll((all) => all.map((one) => one.getBoundingClientRect().top)));
+    check(size.width < 1024 || lines.size === 1, `tabs on ${lines.size} lines at ${size.width} px`);
     if (size.width === 390) check((await page.locator(".tiles").first().evaluate((node) => getComputedStyle(node).gridTemplateColumns.split(" ").length)) === 2, "two columns of tiles");
   }
 
@@ -65,6 +73,12 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/plans`);
   await page.getByRole("link", { name: one.name }).waitFor();
   check((await beside(".wide")) <= 0, "all that is said of a plan is in its card");
+  for (const path of ["/account", "/admin/connections", "/admin/storage"]) {
+    await page.goto(url + path);
+    await page.locator('body[data-link="up"]').waitFor();
+    const cutOff = await page.locator(".wide").evaluateAll((all) => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.getAttribute("aria-label")));
+    check(!cutOff.length, `${path}: tables are cut off: ${cutOff.join(", ")}`);
+  }
   await page.goto(`${url}/vessels/${BOAT}?tab=Control`);
   await page.locator('[data-tile="mode"]:not([data-old])').waitFor();
 

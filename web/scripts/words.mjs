@@ -15,7 +15,7 @@ export const SHARED = ["import", "plans", "style"];
 const OUTCOMES = /^crates\/(operations|hub)\/|^shore\/src\/(commands\/|router\/|error\.rs)|^server\/src\/(http\/(live|teleop)|web\/(error|guard))/;
 
 /** Parts that each of their pages loads by `soon`: their words come with the page's own. */
-export const SOON = ["src/plot/plots.ts"];
+export const SOON = ["src/plot/plots.ts", "src/control/panel.ts"];
 
 /** The sources whose words are loaded with `sources`, by the metafile of a bundle. */
 export function reached(inputs, sources) {

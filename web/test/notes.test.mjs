@@ -9,7 +9,7 @@ import { mkdtemp } from "node:fs/promises";
 
 const folder = await mkdtemp(join(tmpdir(), "lutra-notes-"));
 const outfile = join(folder, "notes.mjs");
-await build({ entryPoints: ["src/state/notes.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
+await build({ stdin: { contents: `export * from "./src/state/notes"; export * from "./src/state/noteentries";`, resolveDir: "." }, bundle: true, format: "esm", outfile, logLevel: "warning" });
 const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, questionOf, wayToWrite, withNewest, withNotes, wrongOf } = await import(outfile);
 
 const note = (time_us, text = "x") => ({ id: time_us, revision: 1, time_us, vessel: 5, vessel_name: null, lat_deg: null, lon_deg: null, text, by: "nils", written_us: 9, corrected: null, withdrawn: null, photo: null, may_change: true });

@@ -25,7 +25,8 @@ export function TwoStep({ word, label, kind, question, busy = false, act }: TwoS
     else if (wasAsked.current) button.current?.focus();
     wasAsked.current = asked;
   }, [asked]);
-  if (!asked) return <button ref={button} type="button" class={kind} aria-label={label} aria-disabled={busy} onClick={() => !busy && ask(true)}>{word}</button>;
+  // What the page is about is its one main button; this one becomes main with its question.
+  if (!asked) return <button ref={button} type="button" class={kind === "danger" ? kind : undefined} aria-label={label} aria-disabled={busy} onClick={() => !busy && ask(true)}>{word}</button>;
   const leave = (event: KeyboardEvent): void => {
     if (event.key !== "Escape") return;
     event.preventDefault();

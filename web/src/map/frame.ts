@@ -14,9 +14,8 @@ const WHEEL_MS = 400;
 
 /** The tools at the right edge cover so much: latitudes stand beside them. */
 const BESIDE_TOOLS_PX = 58;
-
-/** What is said of the chart at the lower edge takes two lines on a phone: longitudes stand above it. */
-const ABOVE_CREDIT_PX = 40;
+/** The words at the lower edge take two lines at most: longitudes stand above them (`.chart-credit`), and the scales above those. */
+const ABOVE_WORDS_PX = 40;
 
 export interface Wheel {
   isOwn(): boolean;
@@ -60,7 +59,7 @@ export function graticuleLayer({ ink, halo, grid }: Palette): Graticule {
   const text = new Text({ font: `12px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 3 }) });
   const along = text.clone();
   text.setTextBaseline("bottom");
-  text.setOffsetY(-ABOVE_CREDIT_PX);
+  text.setOffsetY(-ABOVE_WORDS_PX);
   along.setTextAlign("end");
   along.setOffsetX(-BESIDE_TOOLS_PX);
   return new Graticule({

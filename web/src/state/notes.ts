@@ -1,8 +1,8 @@
 // Notes of the log book: what somebody types, as the server takes it, and which notes are asked for. Pure.
 
-import type { LogBookEntry, LogNote, LogNoteRequest, LogNotes } from "../api/types.gen";
+import type { LogNote, LogNoteRequest, LogNotes } from "../api/types.gen";
 import { t } from "../words/words";
-import { type Part, toldAgain } from "./newest";
+import { toldAgain } from "./newest";
 import { picked, pickedUs, timeWrong } from "./takeout";
 import { readAngle } from "./units";
 
@@ -77,17 +77,6 @@ export function draftFrom(query: URLSearchParams): Draft {
   return { text: "", vessel: query.get("about") ?? "", time: at > 0 ? picked(at) : "", lat: query.get("lat") ?? "", lon: query.get("lon") ?? "" };
 }
 
-/** The way to the form with vessel, time (µs since 1970 UTC; null for now) and place filled in. */
-export function wayToWrite(vessel: number, at: number | null, place: { readonly lat_deg: number; readonly lon_deg: number } | null): string {
-  const query = new URLSearchParams({ write: "1", about: String(vessel) });
-  if (at !== null) query.set("at", String(Math.round(at)));
-  if (place) {
-    query.set("lat", place.lat_deg.toFixed(6));
-    query.set("lon", place.lon_deg.toFixed(6));
-  }
-  return `/logbook?${query}`;
-}
-
 /** Which notes are wanted, as the filter has it. */
 export interface Filter {
   readonly vessel: string;
@@ -143,35 +132,4 @@ export function byDay(notes: readonly LogNote[]): readonly (readonly [string, re
 export function fieldOf(words: string, english = words): Wrong {
   const [, field = ""] = /^(text|vessel|time_us|lat_deg|lon_deg|photo|name|purpose|people|notes|from_us|to_us|vessels|reason|corners): /.exec(english) ?? [];
   return { field, text: field ? words.replace(/^\S+: /, "") : words };
-}
-
-/** The kind of what people wrote, among the entries of a vessel's own log book. */
-export const NOTE = -1;
-/** What is before the name of whoever wrote a note, in its context; files have it as it is. */
-export const NOTE_BY = "note by ";
-/** The entity of nobody. */
-const NOBODY = 255;
-
-/** A note as an entry of a vessel's log book. */
-export function asEntry({ time_us, written_us, by, text }: LogNote): LogBookEntry {
-  return { entity: NOBODY, time_us, written_us, kind: NOTE, kind_name: "note", context: `${NOTE_BY}${by}`, text };
-}
-
-/**
- * A part of a vessel's log book with the notes of the same time. `ask` gets a page of notes of the question of the part,
- * which is the newest first: where older entries follow, older notes come with them.
- */
-export async function withNotes(part: Part<LogBookEntry>, vessel: number, query: string, ask: (question: string) => Promise<LogNotes>): Promise<Part<LogBookEntry>> {
-  const wanted = new URLSearchParams(query);
-  const last = part.next ? part.items.at(-1) : undefined;
-  const span = new URLSearchParams({ vessel: String(vessel), from_us: String(last?.time_us ?? wanted.get("from_us") ?? 0), to_us: wanted.get("to_us") ?? "", limit: "500" });
-  const notes: LogNote[] = [];
-  for (let before: string | null = ""; before !== null; ) {
-    const page: LogNotes = await ask(`${span}${before && `&before=${before}`}`);
-    notes.push(...page.notes);
-    before = page.next;
-  }
-  if (!notes.length) return part;
-  const items = [...part.items, ...notes.map(asEntry)].sort((one, other) => other.time_us - one.time_us);
-  return { items, next: part.next };
 }

@@ -3,7 +3,7 @@
 import type { Detection, LiveFrame, LogBookEntry, Update } from "../api/types.gen";
 import { flagReason } from "../state/flags";
 import { detectionCompleted, type Part, type Stretch } from "../state/newest";
-import { NOTE, NOTE_BY } from "../state/notes";
+import { NOTE, NOTE_BY } from "../state/noteentries";
 import { tagSeries } from "../state/tags";
 import { t } from "../words/words";
 import { make, setAttribute } from "./dom";

@@ -6,7 +6,7 @@ import type { Detections, LinkStatus, LogBook, LogNotes } from "../api/types.gen
 import { LinkTable } from "../components/linktable";
 import { createMount } from "../components/mount";
 import { ReadinessList } from "../components/readiness";
-import { createControl } from "../control/panel";
+import { createControlSoon } from "../control/soon";
 import { createRefused } from "../map/danger";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute } from "../map/searoute";
@@ -14,7 +14,7 @@ import { createParametersLater } from "../params/later";
 import { createPlotsSoon } from "../plot/soon";
 import type { PlotHandlers } from "../plot/plots";
 import type { Source } from "../plot/model";
-import { wayToWrite, withNotes } from "../state/notes";
+import { wayToWrite, withNotes } from "../state/noteentries";
 import type { Readiness } from "../state/readiness";
 import { wayRows } from "../state/ways";
 import { placeAt } from "../state/track";
@@ -84,7 +84,7 @@ export function createPanels(needs: PanelNeeds) {
     },
   });
   const route = createSeaRoute(map);
-  const control = createControl(boxes.control, {
+  const control = createControlSoon(boxes.control, {
     address,
     me: rights.me,
     may: rights.operator,
