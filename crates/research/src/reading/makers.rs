@@ -164,6 +164,7 @@ impl Maker {
         let receiver = self.serial(named)?;
         let time = self.time(row)?;
         let (protocol, frequency_khz, tag_id) = self.code(row)?;
+        let clock = self.clock(time)?;
         let deployment = carriers.study.deployed(receiver, time.micros());
         Ok(Some(Detection {
             origin: Origin {
@@ -173,7 +174,7 @@ impl Maker {
                 received: None,
             },
             receiver,
-            clock: self.clock(time)?,
+            clock,
             protocol,
             tag_id,
             data: self.data(row)?,
@@ -209,14 +210,15 @@ impl Maker {
         let Some(unix_s) = row.real(self.unix)? else { return Ok(corrected) };
         let millis: u16 = row.whole(self.millis)?.unwrap_or_default();
         let unix_us = (unix_s * 1e6).round() as i64 + i64::from(millis) * 1_000;
-        let off_s = (unix_us - written.micros()).div_euclid(1_000_000);
-        if off_s != 0 {
+        let off_us = written.micros() - unix_us;
+        if off_us.abs() >= 1_000_000 {
             let wrong = say(
                 "is {off_s} s off the Unix time beside it, which another time zone or a spreadsheet does; take the file as the receiver's program wrote it",
             );
-            return Err((self.time.to_owned(), wrong.with("off_s", -off_s)));
+            return Err((self.time.to_owned(), wrong.with("off_s", off_us / 1_000_000)));
         }
-        Ok(UtcTime::from_micros(unix_us))
+        // Whole seconds beside a date with decimals say less than that.
+        Ok(if unix_us % 1_000_000 == 0 { written } else { UtcTime::from_micros(unix_us) })
     }
 
     /// Microseconds stay in the time of the report.
