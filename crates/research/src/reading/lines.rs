@@ -125,7 +125,7 @@ impl<R: BufRead> Lines<R> {
     /// Reads lines until all quotes are closed.
     fn whole(&mut self) -> io::Result<Option<Result<(), Wording>>> {
         self.bytes.clear();
-        let mut quotes = 0;
+        let mut is_open = false;
         loop {
             let before = self.bytes.len();
             let room = (LONGEST + 1).saturating_sub(before) as u64;
@@ -133,8 +133,7 @@ impl<R: BufRead> Lines<R> {
             if read == 0 && before == 0 {
                 return Ok(None);
             }
-            quotes += self.bytes[before..].iter().filter(|byte| **byte == b'"').count();
-            let is_open = quotes % 2 == 1;
+            is_open = self.bytes[before..].iter().fold(is_open, |open, byte| open != (*byte == b'"'));
             if self.bytes.len() > LONGEST || (read == 0 && is_open) {
                 let text = if is_open {
                     say("a quote that opens here is never closed; look for a `\"` too many")

@@ -4,7 +4,7 @@
 //! noise ratio of 0 and a carrier of 69 kHz. The line as it came is kept with the detection.
 
 use super::own::place;
-use super::row::{Row, shown};
+use super::row::{Row, empty, shown};
 use super::{Carriers, Wrong};
 use api::{RegisterDeployment, say};
 use detections::{Detection, Effort, Origin, Pose, Protocol, ReceiverClock, SET_AFTER_S};
@@ -157,7 +157,7 @@ impl Maker {
         row: &Row<'_>,
         carriers: &Carriers<'_>,
     ) -> Result<Option<Detection>, Wrong> {
-        let named = self.needed(row, self.receiver)?;
+        let named = needed(row, self.receiver)?;
         if named.eq_ignore_ascii_case(RELEASE) {
             return Ok(None);
         }
@@ -187,11 +187,6 @@ impl Maker {
         }))
     }
 
-    fn needed<'r>(&self, row: &Row<'r>, name: &str) -> Result<&'r str, Wrong> {
-        row.cell(name)
-            .ok_or_else(|| (name.to_owned(), say("empty; each detection has it: export the file again")))
-    }
-
     /// `VR2W-109924`, or the number alone.
     fn serial(&self, text: &str) -> Result<u32, Wrong> {
         text.rsplit('-').next().and_then(|digits| digits.parse().ok()).ok_or_else(|| {
@@ -201,10 +196,7 @@ impl Maker {
     }
 
     fn time(&self, row: &Row<'_>) -> Result<UtcTime, Wrong> {
-        self.needed(row, self.time)?;
-        let written = row.time(self.time)?;
-        let told = || (self.time.to_owned(), say("empty; each detection has it: export the file again"));
-        let written = written.ok_or_else(told)?;
+        let Some(written) = row.time(self.time)? else { return Err(empty(self.time)) };
         let correction_s = row.real(self.correction)?.unwrap_or_default();
         let corrected = UtcTime::from_micros(written.micros() + (correction_s * 1e6).round() as i64);
         let Some(unix_s) = row.real(self.unix)? else { return Ok(corrected) };
@@ -234,7 +226,7 @@ impl Maker {
 
     /// Protocol, carrier (kHz) and number.
     fn code(&self, row: &Row<'_>) -> Result<(Protocol, u8, u32), Wrong> {
-        let text = self.needed(row, self.tag)?;
+        let text = needed(row, self.tag)?;
         let wrong = || {
             let wrong = say(
                 "`{text}` is not a tag such as A69-1303-63366, R64K-1234, or a number beside its protocol",
@@ -249,7 +241,7 @@ impl Maker {
         }
         let id = text.parse().map_err(|_| wrong())?;
         // `R64K-69kHz`
-        let coded = self.needed(row, self.protocol)?;
+        let coded = needed(row, self.protocol)?;
         let parts = coded.rsplit_once('-').and_then(|(name, carrier)| {
             Some((name, carrier.strip_suffix("kHz").or(carrier.strip_suffix("khz"))?.trim().parse().ok()?))
         });
@@ -303,4 +295,8 @@ impl Maker {
             (self.receiver.to_owned(), wrong.with("receiver", shown(receiver)).with("time", time))
         })
     }
+}
+
+fn needed<'r>(row: &Row<'r>, name: &str) -> Result<&'r str, Wrong> {
+    row.cell(name).ok_or_else(|| empty(name))
 }

@@ -1,7 +1,7 @@
 //! Our own table, as the format `lutra` and the Parquet file have it. What comes of the register, and when the detection came
 //! ashore there, is left: the register and the clock of this server decide these.
 
-use super::row::{Row, shown};
+use super::row::{Row, empty, shown};
 use super::{Carriers, Wrong};
 use api::say;
 use detections::{ClockState, Detection, Effort, Noise, Origin, Pose, Protocol, ReceiverClock};
@@ -15,7 +15,6 @@ pub(super) const KNOWN_BY: [&str; 6] =
 
 /// The detection of a row.
 pub(super) fn detection(row: &Row<'_>, carriers: &Carriers<'_>) -> Result<Detection, Wrong> {
-    let needed = |name: &str| (name.to_owned(), say("empty; each detection has it: export the file again"));
     let system = match carriers.system {
         Some(system) => system,
         None => (carriers.address)(&row.needed("vessel")?)
@@ -24,19 +23,19 @@ pub(super) fn detection(row: &Row<'_>, carriers: &Carriers<'_>) -> Result<Detect
     let origin = Origin {
         system: Address(system),
         entity: entity(row)?,
-        reported: row.time("reported_utc")?.ok_or_else(|| needed("reported_utc"))?,
+        reported: row.time("reported_utc")?.ok_or_else(|| empty("reported_utc"))?,
         received: None,
     };
     let protocol = row.needed("protocol")?;
     Ok(Detection {
         origin,
-        receiver: row.whole("receiver")?.ok_or_else(|| needed("receiver"))?,
+        receiver: row.whole("receiver")?.ok_or_else(|| empty("receiver"))?,
         clock: clock(row)?,
         protocol: protocol.parse().map_or_else(|_| Protocol::named(&protocol), Protocol::numbered),
-        tag_id: row.whole("tag_id")?.ok_or_else(|| needed("tag_id"))?,
+        tag_id: row.whole("tag_id")?.ok_or_else(|| empty("tag_id"))?,
         data: row.whole("sensor_value")?,
-        snr_db: row.whole("snr")?.ok_or_else(|| needed("snr"))?,
-        frequency_khz: row.whole("frequency")?.ok_or_else(|| needed("frequency"))?,
+        snr_db: row.whole("snr")?.ok_or_else(|| empty("snr"))?,
+        frequency_khz: row.whole("frequency")?.ok_or_else(|| empty("frequency"))?,
         line: row.whole("memory_address")?.unwrap_or_default(),
         pose: pose(row)?,
         effort: Effort {

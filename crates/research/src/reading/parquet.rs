@@ -13,7 +13,7 @@ use units::UtcTime;
 /// It is not a whole file of Parquet.
 pub(super) fn columns<R: ChunkReader + 'static>(input: &R) -> io::Result<Columns> {
     let footer = parquet::file::metadata::ParquetMetaDataReader::new().parse_and_finish(input);
-    let footer = footer.map_err(damaged)?;
+    let footer = footer.map_err(|error| damaged(&error))?;
     let fields = footer.file_metadata().schema().get_fields();
     Ok(Columns::named(fields.iter().map(|field| field.name().to_owned()).collect()))
 }
@@ -27,11 +27,11 @@ pub(super) fn each<R: ChunkReader + 'static>(
     columns: &Columns,
     take: &mut dyn FnMut(&Row<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let file = SerializedFileReader::new(input).map_err(damaged)?;
+    let file = SerializedFileReader::new(input).map_err(|error| damaged(&error))?;
     let mut values: Vec<String> = Vec::new();
     // The header of a CSV file is its line 1.
-    for (line, row) in (2..).zip(file.get_row_iter(None).map_err(damaged)?) {
-        let row = row.map_err(damaged)?;
+    for (line, row) in (2..).zip(file.get_row_iter(None).map_err(|error| damaged(&error))?) {
+        let row = row.map_err(|error| damaged(&error))?;
         values.clear();
         values.extend(row.get_column_iter().map(|(_, field)| text(field)));
         take(&Row::of_values(columns, line, &values))?;
@@ -51,7 +51,7 @@ fn text(field: &Field) -> String {
     }
 }
 
-fn damaged(error: ParquetError) -> io::Error {
+fn damaged(error: &ParquetError) -> io::Error {
     let text = format!("this is not a whole file of Parquet, download it again ({error})");
     io::Error::new(io::ErrorKind::InvalidData, text)
 }

@@ -113,8 +113,7 @@ impl<'r> Row<'r> {
 
     /// The same, which must be there.
     pub(super) fn needed(&self, name: &str) -> Result<Cow<'r, str>, Wrong> {
-        self.text(name)
-            .ok_or_else(|| (name.to_owned(), say("empty; each detection has it: export the file again")))
+        self.text(name).ok_or_else(|| empty(name))
     }
 
     /// A whole number of the range of its type.
@@ -155,6 +154,11 @@ impl<'r> Row<'r> {
             told(say("`{text}` is not a time such as 2026-11-21 08:00:00.125 (UTC) or 2026-11-21T09:00:00+01:00; take the file as the receiver's program wrote it"))
         })
     }
+}
+
+/// What every detection has is not there.
+pub(super) fn empty(name: &str) -> Wrong {
+    (name.to_owned(), say("empty; each detection has it: export the file again"))
 }
 
 fn not_a_number(text: &str) -> Wording {
