@@ -200,6 +200,10 @@ pub struct RegisterDeployment {
     pub to_us: Option<i64>,
     /// Depth of the hydrophone below the surface, m.
     pub depth_m: Option<f64>,
+    /// WGS 84 latitude of a fixed station, degrees; null on a vessel that moves.
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees.
+    pub lon_deg: Option<f64>,
     /// Remarks.
     pub notes: String,
 }

@@ -65,6 +65,9 @@ pub struct LogQuery {
 pub struct ImportQuery {
     /// The file's name, to recognise it by; 1 to 200 letters.
     pub name: String,
+    /// Of a table of detections: the vessel or fixed station, by name or address, that all of it is of. Without it the table's own
+    /// names of vessels decide, else the register's deployments of the receivers.
+    pub vessel: Option<String>,
 }
 
 /// A log that was uploaded, and how far its import is.

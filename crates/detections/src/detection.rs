@@ -88,8 +88,8 @@ impl ClockState {
         }
     }
 
-    /// From that word.
-    pub(crate) fn of_word(word: &str) -> Option<Self> {
+    /// From that word; `None` for another.
+    pub fn of_word(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|state| state.word() == word)
     }
 

@@ -148,7 +148,10 @@ fn pairs(record: &RegisterRecord) -> Vec<(&'static str, Wording)> {
             }
             wrong.extend(order(*from_us, *to_us));
         }
-        RegisterRecord::Deployment(RegisterDeployment { from_us, to_us, .. }) => {
+        RegisterRecord::Deployment(RegisterDeployment { from_us, to_us, lat_deg, lon_deg, .. }) => {
+            if lat_deg.is_some() != lon_deg.is_some() {
+                wrong.push(("lat_deg", say("a place has latitude and longitude: give both or neither")));
+            }
             wrong.extend(order(*from_us, *to_us));
         }
         RegisterRecord::Project(_) | RegisterRecord::Person(_) | RegisterRecord::Receiver(_) => {}

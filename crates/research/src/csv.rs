@@ -126,6 +126,7 @@ pub fn read_csv(kind: RegisterKind, bytes: &[u8], known: &[&RegisterRecord], nam
     let mut read = Read::default();
     match Table::of(bytes) {
         Ok(table) => {
+            let table = foreign::ours(kind, table);
             if let Some(places) = places(kind, &table, &mut read.wrong) {
                 Rows { kind, places, known, names, decimal_comma: table.separator == b';' }
                     .read(&table, &mut read);
@@ -433,5 +434,6 @@ fn end_line(lines: &mut Vec<(u32, Vec<String>)>, cells: &mut Vec<String>, cell: 
     }
 }
 
+mod foreign;
 #[cfg(test)]
 mod tests;

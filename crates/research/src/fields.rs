@@ -162,14 +162,16 @@ const RECEIVER: [Column; 5] = [
     NOTES,
 ];
 
-const DEPLOYMENT: [Column; 8] = [
+const DEPLOYMENT: [Column; 10] = [
     may("name", "what people call it; receiver and begin when empty", Rule::Line(80)),
     needed("receiver", "name of the receiver", Rule::Name(RegisterKind::Receiver)),
-    needed("vessel", "name or IMC address of the vessel", Rule::Vessel),
+    needed("vessel", "name or IMC address of the vessel, or of the fixed station", Rule::Vessel),
     PROJECT_OF,
     needed("from_time", "from when on, ISO 8601", Rule::Time),
     may("to_time", "until when, ISO 8601; empty while it goes on", Rule::Time),
     may("depth_m", "depth of the hydrophone below the surface, m", Rule::Real(0.0, 2_000.0)),
+    may("lat_deg", "WGS 84 latitude of a fixed station, degrees; empty on a vessel that moves", LAT),
+    may("lon_deg", "WGS 84 longitude of a fixed station, degrees", LON),
     NOTES,
 ];
 
@@ -275,6 +277,8 @@ fn deployment(one: &mut RegisterDeployment) -> Vec<Slot<'_>> {
         Slot::Time(&mut one.from_us),
         Slot::Time(&mut one.to_us),
         Slot::Real(&mut one.depth_m),
+        Slot::Real(&mut one.lat_deg),
+        Slot::Real(&mut one.lon_deg),
         Slot::Text(&mut one.notes),
     ]
 }

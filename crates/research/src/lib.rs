@@ -9,6 +9,7 @@
 //! - Datasets: [`check_draft`], [`citation`], metadata ([`datacite`], [`json_ld`], [`datapackage`]), and the limits of a
 //!   link to one ([`Limits`], [`Grid`]).
 //! - [`Format`] is one file format: its header, and a row for a [`Heard`]. [`FORMATS`] lists them all.
+//! - [`read_detections`] and [`read_parquet`] read detections from files: our own, and those of other receivers.
 //!
 //! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows
 //! nothing of files, databases and HTTP.
@@ -25,6 +26,7 @@ mod lag;
 mod narrowed;
 mod orcid;
 mod quality;
+mod reading;
 mod study;
 mod template;
 
@@ -46,5 +48,6 @@ pub use formats::{
 pub use lag::{HORIZON_S, Lag, Lags};
 pub use narrowed::Narrowed;
 pub use orcid::is_orcid;
+pub use reading::{Carriers, ReadDetections, is_detections, read_detections, read_parquet};
 pub use study::{Heard, Sensor, Study};
 pub use template::template;

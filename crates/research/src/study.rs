@@ -113,6 +113,7 @@ impl Study {
         }
         for deployment in self.deployments.values_mut().flatten() {
             deployment.depth_m = None;
+            (deployment.lat_deg, deployment.lon_deg) = (None, None);
             // Its name may be the place.
             deployment.name = String::new();
         }
@@ -207,6 +208,13 @@ impl Study {
         self.deployments.get(&folded(&receiver.name))?.iter().find(holds)
     }
 
+    /// Where the receiver of a serial number was at a time (µs): its deployment, on whichever vessel or station.
+    pub(crate) fn deployed(&self, serial: u32, time_us: i64) -> Option<&RegisterDeployment> {
+        let receiver = self.receivers.get(&serial)?;
+        let all = self.deployments.get(&folded(&receiver.name))?;
+        all.iter().find(|one| within(one.from_us, one.to_us, time_us))
+    }
+
     /// Tags that animals carry, with the animals, by protocol and number.
     pub(crate) fn carried(&self) -> impl Iterator<Item = (&RegisterTag, &RegisterAnimal)> {
         let animal = |tag: &RegisterTag| self.animals.get(&folded(&tag.animal));
@@ -276,6 +284,10 @@ pub(crate) fn is_of_time(tag: &RegisterTag, time_us: i64) -> bool {
 pub(crate) fn codespace(tag: Option<&RegisterTag>, protocol: &str, khz: u8) -> String {
     if let Some(tag) = tag.filter(|tag| !tag.codespace.is_empty()) {
         return tag.codespace.clone();
+    }
+    // Receivers of Innovasea name the code space itself.
+    if protocol.strip_prefix(&format!("A{khz}-")).is_some_and(|rest| !rest.is_empty()) {
+        return protocol.to_owned();
     }
     let known = CODESPACES.iter().find(|(name, _)| khz == CODED_KHZ && name.eq_ignore_ascii_case(protocol));
     known.map_or_else(|| format!("A{khz}-{protocol}"), |(_, codespace)| (*codespace).to_owned())

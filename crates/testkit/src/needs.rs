@@ -43,6 +43,8 @@ pub enum Need {
     Postgres,
     /// `python3`.
     Python,
+    /// `Rscript`.
+    R,
     /// The folder `shared` beside the checkout.
     Shared,
     /// WireGuard.
@@ -70,6 +72,7 @@ impl Need {
             Self::Postgis => "postgis",
             Self::Postgres => "postgres",
             Self::Python => "python",
+            Self::R => "r",
             Self::Shared => "shared",
             Self::Wireguard => "wireguard",
         }

@@ -1,17 +1,21 @@
-//! `lutra-server detections`: files of detections without a running server.
+//! `lutra-server detections`: files of detections in and out, without a running server.
 
 use super::Common;
 use super::data::{Spreadsheet, folder, to_output, vessels};
 use super::say::say;
+use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand};
 use detections::TagFilter;
-use research::{FORMATS, Narrowed};
+use research::{Carriers, FORMATS, Narrowed};
+use shore::clock;
 use shore::history::heard::{self, HeardFile};
 use shore::identity::{Request as _, vessels as named, with};
-use shore::register::{All, study};
+use shore::register::{All, Called, study};
 use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
-use store::{DetectionsWanted, TimeRange};
+use store::{DetectionsWanted, Store, TimeRange};
 use tables::Dialect;
 use units::UtcTime;
 
@@ -19,8 +23,23 @@ use units::UtcTime;
 pub(super) enum DetectionsCommand {
     /// Write detections as a file, with what the register knows of tags, animals and receivers.
     Export(Box<ExportArguments>),
+    /// Take a table of detections into the archive: whole, or not at all. What is there already is not added twice.
+    ///
+    /// Tables of Lutra (CSV, Parquet), and of the programs of receivers and portals: ComPort of Thelma, VUE, Fathom, ETN, OTN.
+    Import(ImportArguments),
     /// List the formats of files, and the programs that read them.
     Formats,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ImportArguments {
+    /// The table.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The vessel or fixed station that all of it is of, by name or address. Without it: by the table's names of vessels, else
+    /// by the register's deployments of the receivers.
+    #[arg(long, value_name = "VESSEL")]
+    vessel: Option<String>,
 }
 
 fn tag(text: &str) -> Result<TagFilter, api::Said> {
@@ -63,6 +82,7 @@ pub(super) struct ExportArguments {
 pub(super) fn detections(common: &Common, command: &DetectionsCommand) -> anyhow::Result<()> {
     match command {
         DetectionsCommand::Export(arguments) => export(common, arguments),
+        DetectionsCommand::Import(arguments) => import(common, arguments),
         DetectionsCommand::Formats => {
             for format in FORMATS {
                 say!("{:16} {}", format.name, format.about);
@@ -87,4 +107,33 @@ fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
     to_output(arguments.output.as_deref(), true, &mut |out| {
         Ok(heard::write(&data, &wanted, &names, &study, &file, out)?)
     })
+}
+
+fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
+    let data = common.load_to_write()?.data;
+    let file = &arguments.file;
+    let mut store = Store::open(&data)?;
+    let ((_, rows), named) = with(&data, async |db| (All, named::List).run(db).await)?;
+    let (study, called) = (study(rows), Called::new(&named));
+    let names = called.names();
+    let system = arguments.vessel.as_deref().map(names.address).transpose().map_err(anyhow::Error::msg)?;
+    let carriers = Carriers { system, address: names.address, study: &study };
+    // Packets wait in the data folder, which has the room for them or for nothing.
+    let waiting = data.join("detections.lsf.new");
+    let taken = File::create(&waiting).map_err(anyhow::Error::from).and_then(|made| {
+        let mut out = BufWriter::new(made);
+        let read = heard::packets(file, &carriers, &mut out).with_context(|| file.display().to_string())?;
+        out.flush()?;
+        if let Some(why) = heard::refusal(&read) {
+            bail!("{}: {why}", file.display());
+        }
+        let done = store.import(std::slice::from_ref(&waiting), clock::now(), &mut |_| true)?;
+        Ok((read, done))
+    });
+    fs::remove_file(&waiting).ok();
+    let closed = store.close();
+    let (read, done) = taken?;
+    closed?;
+    say!("{} detections, {} new; {} rows of other kinds left out", read.rows, done.added, read.left_out);
+    Ok(())
 }

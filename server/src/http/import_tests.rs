@@ -262,3 +262,52 @@ async fn an_import_waits_for_a_history_that_is_made_again() {
     let whole = recorder.wait_for(|state| state.history_behind.is_none());
     tokio::time::timeout(DEADLINE, whole).await.unwrap().unwrap();
 }
+
+#[tokio::test]
+async fn a_table_of_a_fixed_receiver_becomes_detections_by_the_register() {
+    const VUE: &str = "Date and Time (UTC),Receiver,Transmitter,Transmitter Name,Transmitter Serial,Sensor Value,Sensor Unit,Station Name,Latitude,Longitude\n\
+        2026-11-21 08:00:01.250,VR2W-109924,A69-1303-63366,,,,,Pier,,\n\
+        2026-11-21 08:01:02.500,VR2W-109924,A69-1303-63366,,,,,Pier,,\n";
+    const STATION: u16 = 0x1C01;
+    let shore = Shore::with(|_| ()).await;
+    let (operator, researcher) =
+        (shore.token(None, Role::Operator).await, shore.token(None, Role::Researcher).await);
+    let unknown = upload(&shore, &operator, "pier.csv", VUE).await;
+    assert_eq!(unknown.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", unknown.body);
+    for told in
+        ["line 2, receiver: the register does not say where the receiver VR2W-109924 was", "2 problems"]
+    {
+        assert!(unknown.body.contains(told), "{}", unknown.body);
+    }
+    assert!(is_clean(&shore));
+    for entry in [
+        serde_json::json!({"kind": "receiver", "serial": 109_924, "model": "VR2W"}),
+        serde_json::json!({"kind": "deployment", "receiver": "VR2W-109924", "vessel": STATION,
+            "from_us": 1_795_000_000_000_000_i64, "lat_deg": 63.44, "lon_deg": 10.4}),
+    ] {
+        let request = Request::post("/api/v1/register").header(header::CONTENT_TYPE, "application/json");
+        let answer = shore.send(bearer(request, &researcher), Body::from(entry.to_string())).await;
+        assert!(answer.status.is_success(), "{}", answer.body);
+    }
+    let first = ended(&shore, &operator, &upload(&shore, &operator, "pier.csv", VUE).await).await;
+    assert_eq!((first.state, first.added, first.problems.len()), (ImportState::Done, 2, 0), "{first:?}");
+    let again = ended(&shore, &operator, &upload(&shore, &operator, "pier.csv", VUE).await).await;
+    assert_eq!(again.added, 0, "once, however often it comes");
+    let found = shore.get("/api/v1/detections.csv?format=vue&vessel=0x1C01", &researcher).await;
+    let rows: Vec<&str> = found.body.lines().skip(1).collect();
+    assert_eq!(rows.len(), 2, "{}", found.body);
+    assert!(rows[0].starts_with("2026-11-21 08:00:01.250,VR2W-109924,A69-1303-63366,"), "{}", rows[0]);
+    assert!(rows[0].ends_with(",63.44000000,10.40000000"), "{}", rows[0]);
+    let other = upload(&shore, &operator, "x.csv&vessel=0x1C02", VUE).await;
+    assert_eq!(ended(&shore, &operator, &other).await.added, 2, "of the vessel that the question names");
+    let refused = upload(&shore, &operator, "x.csv", "a,b\n1,2\n").await;
+    assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", refused.body);
+    assert!(refused.body.contains("not the columns of a table of detections"), "{}", refused.body);
+    let log_of = upload(&shore, &operator, "x.lsf&vessel=0x1C02", log(1)).await;
+    assert!(
+        log_of.status == StatusCode::BAD_REQUEST && log_of.body.contains("leave it out"),
+        "{}",
+        log_of.body
+    );
+    assert!(is_clean(&shore));
+}

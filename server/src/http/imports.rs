@@ -1,18 +1,22 @@
-//! Uploads of logs.
+//! Uploads of logs, and of tables of detections, of which packets are made.
 //!
 //! A log may have data of any vessel, which stay in the archive: so it takes the role operator on all vessels. The body is
 //! the file itself, plain or compressed by gzip, written to the disk as it arrives.
 
 use crate::AppState;
 use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
-use api::{Import, ImportQuery, say};
+use api::{Import, ImportQuery, Said, say};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use futures_util::StreamExt as _;
+use research::Carriers;
+use shore::history::heard;
 use shore::history::imports::{RESERVED_BYTES, Upload};
 use shore::identity::{ASK_PATIENCE, Line, Principal};
+use shore::register::Called;
+use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 use store::Beginning;
 
@@ -88,10 +92,42 @@ pub(crate) async fn upload(
         return Err(no_room(room));
     }
     let upload = receive(upload, body, most).await?;
+    let upload = if upload.is_table {
+        packets(&state, upload, query.vessel).await?
+    } else if query.vessel.is_some() {
+        let text = say("vessel: a log says itself which vessels it is of; leave it out");
+        return Err(ApiError::bad_request(text));
+    } else {
+        upload
+    };
     let subject = format!("{name} ({} bytes)", upload.bytes);
     state.shore.people.record(vec![line(&who, remote, "log.import", subject)], ASK_PATIENCE).await?;
     let (recorder, stop) = (state.shore.recorder.clone(), state.shore.stop.clone());
     Ok(Json(state.shore.imports.begin(upload, name, who.name, recorder, &state.shore.tasks, stop)))
+}
+
+/// Makes packets of a table of detections: all of it, or nothing.
+async fn packets(state: &AppState, mut upload: Upload, vessel: Option<String>) -> Result<Upload, ApiError> {
+    let ((_, study), named) = (state.shore.register.study().await?, state.shore.people.vessels());
+    let work = move || {
+        let called = Called::new(&named);
+        let names = called.names();
+        let system = vessel.map(|text| (names.address)(text.trim())).transpose();
+        let system = system.map_err(|said| ApiError::bad_request(said.of_field("vessel")))?;
+        let carriers = Carriers { system, address: names.address, study: &study };
+        let read = upload.replace(|file, out| heard::packets(file, &carriers, out));
+        let read = read.map_err(|error| match error.kind() {
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => no_room(0),
+            ErrorKind::InvalidData => unreadable(Said::as_is(error.to_string())),
+            _ => ApiError::internal(&error),
+        })?;
+        heard::refusal(&read).map_or(Ok(upload), |why| Err(unreadable(why)))
+    };
+    tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))?
+}
+
+fn unreadable(text: impl Into<Said>) -> ApiError {
+    ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "bad_table", text)
 }
 
 /// The line in the audit log for this action of a user.
@@ -143,10 +179,14 @@ fn write(mut upload: Upload, block: &[u8], look: bool) -> Result<Upload, ApiErro
         return Err(no_room(room));
     }
     upload.write(block).map_err(|error| match error.kind() {
-        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => no_room(0),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => no_room(0),
         _ => ApiError::internal(&error),
     })?;
     if !look {
+        return Ok(upload);
+    }
+    upload.is_table = research::is_detections(block).map_err(unreadable)?;
+    if upload.is_table {
         return Ok(upload);
     }
     match upload.beginning()? {

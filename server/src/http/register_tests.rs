@@ -163,7 +163,10 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     .unwrap();
     assert_eq!((again.same, again.changed, again.version), (2, 0, 1), "what it wrote changes nothing");
     let template = shore.get("/api/v1/register.csv?kind=deployment", &token).await;
-    assert_eq!(template.body, "name,receiver,vessel,project,from_time,to_time,depth_m,notes\n");
+    assert_eq!(
+        template.body,
+        "name,receiver,vessel,project,from_time,to_time,depth_m,lat_deg,lon_deg,notes\n"
+    );
     // Deployments of other vessels are refused line by line.
     let own = shore.token(Some(FIRST), Role::Researcher).await;
     let lines = format!("receiver,vessel,from_time\nr,{FIRST},2026-01-01\nr,{OTHER},2027-01-01\n");

@@ -1,4 +1,5 @@
-//! The package for Python against a running server: rows with their types, downloads that are cut and go on, and a link with a password.
+//! The package for Python and the script for R against a running server: rows with their types, downloads (in Python also cut ones that
+//! go on), and a link with a password.
 
 use crate::support::program::{Server, add_admin, run};
 use imc::messages::{EstimatedState, TBRFishTag};
@@ -69,40 +70,79 @@ fn post(server: SocketAddr, path: &str, token: &str, body: &Value) -> Value {
     serde_json::from_str(body).unwrap()
 }
 
+/// A server with detections, a published dataset and a link to it with a password.
+struct Shared {
+    token: String,
+    url: String,
+    link: String,
+    dataset: String,
+    _server: Server,
+    _data: tempfile::TempDir,
+}
+
+impl Shared {
+    fn start() -> Self {
+        let data = tempfile::tempdir().unwrap();
+        fill(data.path());
+        add_admin(data.path(), "kari", PASSWORD);
+        let token = run(data.path(), &["token", "create", "--person", "kari", "--role", "researcher"]);
+        let token = token.trim().to_owned();
+        let server = Server::start(data.path());
+        let say = |path: &str, body: Value| post(server.web, path, &token, &body);
+        say("/register", json!({"kind": "person", "name": "Nordmann, Kari", "affiliation": "NTNU"}));
+        let draft = json!({
+            "title": "Salmon in the fjord", "description": "Heard by one boat.", "publisher": "NTNU",
+            "authors": ["Nordmann, Kari"], "query": {"vessels": [BOAT]},
+        });
+        let made = say("/datasets", draft);
+        let dataset = made["id"].to_string();
+        say(&format!("/datasets/{dataset}/publish"), json!({"revision": made["revision"]}));
+        let link = json!({"label": "Ola", "days": 30, "password": PASSWORD});
+        let link = say(&format!("/datasets/{dataset}/shares"), link);
+        let url = format!("http://{}", server.web);
+        let link = format!("{url}{}", link["path"].as_str().unwrap());
+        Self { token, url, link, dataset, _server: server, _data: data }
+    }
+
+    /// Runs a script, which says at its end that all is as it should be.
+    fn is_right_by(&self, script: &mut Command) {
+        let output = script
+            .args([&self.url, &self.link, PASSWORD, &self.dataset])
+            .arg(DETECTIONS.to_string())
+            .env("LUTRA_TOKEN", &self.token)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{said}\n{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(said.trim(), "all as it should be");
+    }
+}
+
+fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok()
+}
+
 /// It takes some seconds, as a server starts as a program, and Python some times.
 #[test]
 fn the_package_for_python_reads_everything_and_goes_on_with_what_was_cut() {
-    if Command::new("python3").arg("--version").output().is_err() {
+    if !is_there("python3") {
         testkit::absent(testkit::Need::Python, "apt-get install python3");
         return;
     }
-    let data = tempfile::tempdir().unwrap();
-    fill(data.path());
-    add_admin(data.path(), "kari", PASSWORD);
-    let token = run(data.path(), &["token", "create", "--person", "kari", "--role", "researcher"]);
-    let token = token.trim();
-    let server = Server::start(data.path());
-    let say = |path: &str, body: Value| post(server.web, path, token, &body);
-    say("/register", json!({"kind": "person", "name": "Nordmann, Kari", "affiliation": "NTNU"}));
-    let draft = json!({
-        "title": "Salmon in the fjord", "description": "Heard by one boat.", "publisher": "NTNU",
-        "authors": ["Nordmann, Kari"], "query": {"vessels": [BOAT]},
-    });
-    let made = say("/datasets", draft);
-    let dataset = made["id"].to_string();
-    say(&format!("/datasets/{dataset}/publish"), json!({"revision": made["revision"]}));
-    let link = json!({"label": "Ola", "days": 30, "password": PASSWORD});
-    let link = say(&format!("/datasets/{dataset}/shares"), link);
-    let url = format!("http://{}", server.web);
-    let output = Command::new("python3")
-        .arg(testkit::repository().join("clients/python/tests/against_server.py"))
-        .args([&*url, &*format!("{url}{}", link["path"].as_str().unwrap()), PASSWORD, &*dataset])
-        .arg(DETECTIONS.to_string())
-        .env("LUTRA_TOKEN", token)
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{said}\n{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(said.trim(), "all as it should be");
+    let script = testkit::repository().join("clients/python/tests/against_server.py");
+    Shared::start().is_right_by(Command::new("python3").arg(script).env("PYTHONDONTWRITEBYTECODE", "1"));
+}
+
+/// It takes some seconds, as a server starts as a program, and R.
+#[test]
+fn the_script_for_r_reads_tables_files_datasets_and_links() {
+    if !is_there("Rscript") {
+        testkit::absent(testkit::Need::R, "apt-get install r-base-core");
+        return;
+    }
+    let folder = testkit::repository().join("clients/R");
+    let mut script = Command::new("Rscript");
+    Shared::start().is_right_by(
+        script.arg("--vanilla").arg(folder.join("tests/against_server.R")).arg(folder.join("lutra.R")),
+    );
 }

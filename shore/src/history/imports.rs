@@ -8,7 +8,7 @@ use crate::recorder::Recorder;
 use api::{Import, ImportState};
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -78,6 +78,8 @@ pub struct Upload {
     file: File,
     /// Bytes written.
     pub bytes: u64,
+    /// Whether it is a table of detections, of which packets are made before it is read.
+    pub is_table: bool,
     _place: OwnedSemaphorePermit,
 }
 
@@ -100,6 +102,26 @@ impl Upload {
         store::beginning(&self.path)
     }
 
+    /// Puts in the place of the file what `make` writes of it, as far as there is room.
+    ///
+    /// # Errors
+    /// There is no room on the disk, or `make` fails: the file is as it was then.
+    pub fn replace<T>(&mut self, make: impl FnOnce(&Path, &mut dyn Write) -> io::Result<T>) -> io::Result<T> {
+        let new = self.path.with_extension("new");
+        let left = self.room_bytes().map_err(io::Error::other)?;
+        let made = File::create(&new).and_then(|file| {
+            let mut out = BufWriter::new(Bounded { file, left });
+            let made = make(&self.path, &mut out)?;
+            out.flush()?;
+            fs::rename(&new, &self.path)?;
+            Ok(made)
+        });
+        if made.is_err() {
+            fs::remove_file(&new).ok();
+        }
+        made
+    }
+
     /// Bytes that the disk has left for uploads.
     ///
     /// # Errors
@@ -107,6 +129,25 @@ impl Upload {
     pub fn room_bytes(&self) -> store::Result<u64> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         Ok(store::free_bytes(folder)?.saturating_sub(RESERVED_BYTES))
+    }
+}
+
+/// A file that may have only so many bytes more.
+struct Bounded {
+    file: File,
+    left: u64,
+}
+
+impl Write for Bounded {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = bytes.len() as u64;
+        self.left = self.left.checked_sub(written).ok_or(io::ErrorKind::StorageFull)?;
+        self.file.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
     }
 }
 
@@ -184,7 +225,7 @@ impl Imports {
         fs::create_dir_all(&self.shared.folder)?;
         let path = self.shared.folder.join("upload.lsf");
         let file = OpenOptions::new().write(true).create(true).truncate(true).open(&path)?;
-        Ok(Some(Upload { path, file, bytes: 0, _place: place }))
+        Ok(Some(Upload { path, file, bytes: 0, is_table: false, _place: place }))
     }
 
     /// A file of this computer as an upload; `None` while there is another or one is being read.

@@ -3462,6 +3462,14 @@ to_us: number | null,
  */
 depth_m: number | null, 
 /**
+ * WGS 84 latitude of a fixed station, degrees; null on a vessel that moves.
+ */
+lat_deg: number | null, 
+/**
+ * Its longitude, degrees.
+ */
+lon_deg: number | null, 
+/**
  * Remarks.
  */
 notes: string, };

@@ -15,6 +15,7 @@ const CANCEL_MS = 5_000;
 
 export function startImport(form: HTMLFormElement): void {
   const field = form.elements.namedItem("files");
+  const of = form.elements.namedItem("vessel");
   const shown = document.getElementById("imports");
   const button = form.querySelector("button");
   if (!(field instanceof HTMLInputElement) || !shown || !button) return;
@@ -23,9 +24,10 @@ export function startImport(form: HTMLFormElement): void {
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const files = [...(field.files ?? [])];
+    const vessel = of instanceof HTMLInputElement ? of.value.trim() : "";
     button.disabled = true;
     void (async () => {
-      for (const file of files) await send(file, sending);
+      for (const file of files) await send(file, vessel, sending);
       button.disabled = false;
       form.reset();
       await list(shown);
@@ -40,15 +42,18 @@ export function startImport(form: HTMLFormElement): void {
   void again();
 }
 
+/** Tables of detections; a log says itself which vessels it is of. */
+const TABLE = /\.(csv|txt|parquet)$/i;
+
 /** Uploads a file; resolves when the server has it or has refused it. */
-function send(file: File, root: HTMLElement): Promise<void> {
+function send(file: File, vessel: string, root: HTMLElement): Promise<void> {
   const bar = make("progress", { max: "1", value: "0", "aria-label": t("Upload of {name}", { name: file.name }) });
   const text = make("span", {}, t("{name}: uploading …", { name: file.name }));
   root.append(make("p", { class: "row" }, text, bar));
   const never = new AbortController().signal;
   return inTurn("act", never, () => new Promise((done) => {
     const request = new XMLHttpRequest();
-    request.open("POST", `/api/v1/import?name=${encodeURIComponent(file.name)}`);
+    request.open("POST", `/api/v1/import?name=${encodeURIComponent(file.name)}${vessel && TABLE.test(file.name) ? `&vessel=${encodeURIComponent(vessel)}` : ""}`);
     request.setRequestHeader("x-csrf-token", csrf());
     request.setRequestHeader("content-type", "application/octet-stream");
     request.upload.onprogress = ({ loaded, total }) => (bar.value = total ? loaded / total : 0);

@@ -85,6 +85,8 @@ export const FIELDS: Readonly<Record<RegisterKind, readonly Field[]>> = {
     { ...FROM, needed: true },
     { name: "to_time", label: t("To (UTC), empty while it goes on"), holds: "time", listed: true },
     { name: "depth_m", label: t("Depth of the hydrophone, m"), holds: "number", listed: true },
+    { name: "lat_deg", label: t("Latitude of a fixed station, °"), holds: "number" },
+    { name: "lon_deg", label: t("Longitude of a fixed station, °"), holds: "number" },
     PROJECT_OF,
     NOTES,
   ],

@@ -153,7 +153,7 @@ fn vessels_are_named() {
     assert!(read.wrong[0].line == 4 && read.wrong[0].text.to_string().contains("boat"), "{:?}", read.wrong);
     let records: Vec<RegisterRecord> = read.rows.into_iter().map(|row| row.record).collect();
     let written = String::from_utf8(write_csv(RegisterKind::Deployment, &records, &NAMES)).unwrap();
-    assert!(written.contains("r 2026-05-01T00:00Z,r,otter-1,,2026-05-01T00:00:00Z,,,\n"), "{written}");
+    assert!(written.contains("r 2026-05-01T00:00Z,r,otter-1,,2026-05-01T00:00:00Z,,,,,\n"), "{written}");
 }
 
 proptest! {

@@ -9,11 +9,13 @@ mod file;
 mod geopackage;
 mod making;
 mod page;
+mod reading;
 mod rows;
 mod spool;
 
 pub use file::HeardFile;
 pub use page::page;
+pub use reading::{packets, refusal};
 
 use geopackage::GeoPackage;
 use making::Making;

@@ -1,5 +1,5 @@
-//! Detections that are exported as a log and imported elsewhere give the same table, in CSV and in Parquet, to the byte. A million of them:
-//! `scripts/bench-detections`.
+//! Detections that are exported as a log, as CSV or as Parquet and imported elsewhere give the same tables, to the byte. A million of
+//! them as a log: `scripts/bench-detections`.
 
 use super::*;
 use imc::messages::TBRFishTag;
@@ -80,6 +80,60 @@ fn read(csv: &[u8]) -> Vec<(i64, String, String)> {
         .collect();
     rows.sort();
     rows
+}
+
+/// Takes a table elsewhere, as page and command line do.
+fn taken(data: &Path, table: &[u8]) -> u64 {
+    let (study, log) = (Study::default(), data.with_extension("lsf"));
+    let file = data.with_extension("table");
+    std::fs::write(&file, table).unwrap();
+    let carriers = research::Carriers { system: Some(BOAT), address: &|_| Ok(BOAT), study: &study };
+    let mut out = std::io::BufWriter::new(std::fs::File::create(&log).unwrap());
+    let read = packets(&file, &carriers, &mut out).unwrap();
+    out.flush().unwrap();
+    assert_eq!(refusal(&read), None);
+    let mut store = Store::open(data).unwrap();
+    let imported = store.import(&[log], CAME, &mut |_| true).unwrap();
+    store.close().unwrap();
+    assert_eq!(imported.problems, Vec::<String>::new());
+    imported.added
+}
+
+#[test]
+fn tables_taken_elsewhere_give_the_same_tables() {
+    // A million takes minutes: in `make test-long`.
+    let count = testkit::so_many(1_000_u32, 1_000_000);
+    let all: Vec<Said> = (0..count)
+        .map(|number| {
+            // Primes, so that times differ to the microsecond and values go through all that they can be.
+            let reported_us = i64::from(number) * 86_243 % DAY_US;
+            let tag = TBRFishTag {
+                serial_no: 1_024 + number % 3,
+                unix_timestamp: u32::try_from((START_US + reported_us) / 1_000_000).unwrap(),
+                millis: u16::try_from(number * 7 % 1_000).unwrap(),
+                trans_protocol: 6_u8.into(),
+                trans_id: number,
+                trans_data: u16::try_from(number * 31 % 65_536).unwrap(),
+                snr: u8::try_from(number % 256).unwrap(),
+                trans_freq: 69,
+                lat: Some(1.1 + f64::from(number) * 1e-9),
+                lon: Some(-0.2 - f64::from(number) * 1e-9),
+                ..TBRFishTag::default()
+            };
+            Said { reported_us, tag }
+        })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path().join("here");
+    recorded(&here, &all);
+    let (csv, parquet) = (table(&here, None), table(&here, Some("parquet")));
+    for (name, taken_table) in [("csv", &csv), ("parquet", &parquet)] {
+        let elsewhere = folder.path().join(name);
+        assert_eq!(taken(&elsewhere, taken_table), u64::from(count));
+        assert!(csv == table(&elsewhere, None), "CSV of {name} differs");
+        assert!(parquet == table(&elsewhere, Some("parquet")), "Parquet of {name} differs");
+        assert_eq!(taken(&elsewhere, taken_table), 0, "once, however often it comes");
+    }
 }
 
 proptest! {

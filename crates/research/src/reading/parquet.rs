@@ -1,0 +1,57 @@
+//! Our own table as Parquet, row by row.
+
+use super::row::{Columns, Row};
+use parquet::errors::ParquetError;
+use parquet::file::reader::{ChunkReader, FileReader as _, SerializedFileReader};
+use parquet::record::Field;
+use std::io;
+use units::UtcTime;
+
+/// The columns of a file.
+///
+/// # Errors
+/// It is not a whole file of Parquet.
+pub(super) fn columns<R: ChunkReader + 'static>(input: &R) -> io::Result<Columns> {
+    let footer = parquet::file::metadata::ParquetMetaDataReader::new().parse_and_finish(input);
+    let footer = footer.map_err(|error| damaged(&error))?;
+    let fields = footer.file_metadata().schema().get_fields();
+    Ok(Columns::named(fields.iter().map(|field| field.name().to_owned()).collect()))
+}
+
+/// Hands over each row.
+///
+/// # Errors
+/// The file is damaged, or `take` fails.
+pub(super) fn each<R: ChunkReader + 'static>(
+    input: R,
+    columns: &Columns,
+    take: &mut dyn FnMut(&Row<'_>) -> io::Result<()>,
+) -> io::Result<()> {
+    let file = SerializedFileReader::new(input).map_err(|error| damaged(&error))?;
+    let mut values: Vec<String> = Vec::new();
+    // The header of a CSV file is its line 1.
+    for (line, row) in (2..).zip(file.get_row_iter(None).map_err(|error| damaged(&error))?) {
+        let row = row.map_err(|error| damaged(&error))?;
+        values.clear();
+        values.extend(row.get_column_iter().map(|(_, field)| text(field)));
+        take(&Row::of_values(columns, line, &values))?;
+    }
+    Ok(())
+}
+
+/// As a CSV file has it.
+fn text(field: &Field) -> String {
+    match field {
+        Field::Null => String::new(),
+        Field::Str(text) => text.clone(),
+        Field::TimestampMicros(time_us) => UtcTime::from_micros(*time_us).to_string(),
+        Field::Long(value) => value.to_string(),
+        Field::Double(value) => value.to_string(),
+        other => other.to_string(),
+    }
+}
+
+fn damaged(error: &ParquetError) -> io::Error {
+    let text = format!("this is not a whole file of Parquet, download it again ({error})");
+    io::Error::new(io::ErrorKind::InvalidData, text)
+}
