@@ -483,10 +483,10 @@ pub fn room(folder: &Path) -> Option<(u64, u64)> {
 fn not_operator(who: &Principal, vessel: Option<u16>) -> Wording {
     let text = match vessel {
         None => {
-            say("{name} may not do this: it takes the role operator on at least one vessel. Ask an admin.")
+            say("{name} may not do this: that needs the role operator on at least one vessel. Ask an admin.")
         }
         Some(vessel) => {
-            say("{name} may not do this: it takes the role operator on vessel {vessel}. Ask an admin.")
+            say("{name} may not do this: that needs the role operator on vessel {vessel}. Ask an admin.")
                 .with("vessel", vessel)
         }
     };

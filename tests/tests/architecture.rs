@@ -28,7 +28,7 @@ const LAYERS: [(u8, &[&str]); 8] = [
 /// number.
 const IN_CIRCLES: [(&str, usize); 2] = [("charts", 10), ("imc", 5)];
 
-/// Only `hub` and `onboard` translate between IMC and these.
+/// `onboard` and `shore` translate between IMC and these.
 const NEVER_KNOW_IMC: [&str; 6] = ["charts", "control", "guard", "mission", "planner", "tiles"];
 
 /// Crates that a core must not use: runtimes, sockets, clocks, randomness.

@@ -188,7 +188,7 @@ impl AlarmSaying {
             Self::NotHeard { .. } => "not heard since {time}",
             Self::NeverHeard { .. } => "not heard since the server started at {day} {time}",
             Self::OtherSource { .. } => {
-                "{peer} speaks in its name by the transport {transport} and is refused: it is believed by its link"
+                "{peer} sends as this vessel by the transport {transport} and is refused: only the vessel's link is trusted"
             }
             Self::Charge { .. } => "{percent} % charge left",
             Self::Clock { ahead_ms } if *ahead_ms > 0 => {

@@ -30,7 +30,7 @@ pub struct DatasetQuery {
     /// Reported before this time; where it is null or later than the publication, that is the end.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub to_us: Option<i64>,
-    /// Vessels by IMC address; empty for all, of which it takes the role on all vessels.
+    /// Vessels by IMC address; empty for all: that needs the role on all vessels.
     pub vessels: Vec<u16>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`).
     pub tags: Vec<String>,

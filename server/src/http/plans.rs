@@ -281,9 +281,9 @@ fn may_change(who: &Principal, vessel: Option<u16>) -> Result<(), ApiError> {
         return Ok(());
     }
     let text = match vessel {
-        None => say("{name} may not change this plan: it takes the role operator on at least one vessel."),
+        None => say("{name} may not change this plan: that needs the role operator on at least one vessel."),
         Some(vessel) => {
-            say("{name} may not change this plan: it takes the role operator on vessel {vessel}.")
+            say("{name} may not change this plan: that needs the role operator on vessel {vessel}.")
                 .with("vessel", vessel)
         }
     };

@@ -178,19 +178,19 @@ async fn may(
         Need::Somewhere(least) => (
             who.grants.somewhere(),
             least,
-            say("{name} may not do this: it takes the role {role} on at least one vessel. Ask an admin."),
+            say("{name} may not do this: that needs the role {role} on at least one vessel. Ask an admin."),
         ),
         Need::OnVessel(least) => {
             let vessel = vessel_in_path(request).await?;
             request.extensions_mut().insert(OfVessel(Address(vessel)));
             let text =
-                say("{name} may not do this: it takes the role {role} on vessel {vessel}. Ask an admin.");
+                say("{name} may not do this: that needs the role {role} on vessel {vessel}. Ask an admin.");
             (who.grants.on(vessel), least, text.with("vessel", vessel))
         }
         Need::Everywhere(_) | Need::Figures => (
             who.grants.everywhere(),
             if let Need::Everywhere(least) = post.need { least } else { Role::Admin },
-            say("{name} may not do this: it takes the role {role} on all vessels. Ask an admin."),
+            say("{name} may not do this: that needs the role {role} on all vessels. Ask an admin."),
         ),
         Need::Anyone | Need::Session | Need::Link => return Ok(()),
     };

@@ -258,7 +258,7 @@ fn may_change(who: &Principal) -> Result<()> {
     if who.grants.everywhere() >= Some(Role::Operator) {
         return Ok(());
     }
-    let text = say("{name} may not close areas: it takes the role operator on all vessels. Ask an admin.")
+    let text = say("{name} may not close areas: that needs the role operator on all vessels. Ask an admin.")
         .with("name", &who.name);
     Err(Error::new(ErrorKind::Forbidden, text))
 }

@@ -922,7 +922,7 @@ from_us: number | null,
  */
 to_us: number | null, 
 /**
- * Vessels by IMC address; empty for all, of which it takes the role on all vessels.
+ * Vessels by IMC address; empty for all: that needs the role on all vessels.
  */
 vessels: Array<number>, 
 /**

@@ -29,7 +29,7 @@ function saying(one: AlarmSaying): string {
     case "never_heard":
       return t("not heard since the server started at {day} {time}", dayAndTime(one.since_us));
     case "other_source":
-      return t("{peer} speaks in its name by the transport {transport} and is refused: it is believed by its link", { peer: one.peer, transport: one.transport });
+      return t("{peer} sends as this vessel by the transport {transport} and is refused: only the vessel's link is trusted", { peer: one.peer, transport: one.transport });
     case "charge":
       return t("{percent} % charge left", { percent: one.percent });
     case "clock":

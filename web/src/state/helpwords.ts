@@ -48,7 +48,7 @@ export const GLOSSARY: readonly (readonly [string, string])[] = [
   [t("Parts"), t("The devices and programs aboard, each with a state: normal, fault, error.")],
   [t("Plan, maneuver"), t("A plan is a list of maneuvers: go to a place, follow a path, keep station, loiter, sail rows.")],
   [t("Ready"), t("The vessel is idle and takes plans.")],
-  [t("Reverse"), t("Sail a maneuver, or the whole plan, from its end to its beginning along the same lines. A single place has no way back, and rows with diagonal turns have not exactly one.")],
+  [t("Reverse"), t("Sail a maneuver, or the whole plan, from its end to its beginning along the same lines. A single place has no way back, and rows with diagonal turns cannot be reversed exactly.")],
   [t("Rows in rectangle"), t("A tool of the plan editor: a rectangle that you draw becomes a maneuver Rows. It starts at the first corner and runs along the longer side. Turns go beyond the rectangle by the overrun.")],
   [t("Safety depth"), t("Water deeper than this is safe for the vessel by itself. Shades on the chart go by it.")],
   [t("Shelve"), t("Hide an alarm for a set time, with a reason. It returns by itself.")],

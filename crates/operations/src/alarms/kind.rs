@@ -152,7 +152,7 @@ impl Kind {
                 "Stop it, look at the chart, and steer for deep water.",
             ),
             Self::NotHeard => (
-                "The radio or the network does not carry, the vessel's computer is down, or it was switched off.",
+                "The vessel has no radio or network contact, its computer is down, or it was switched off.",
                 "What is shown of it is old and orders do not arrive. It goes on by itself as its supervisor for \
                  lost communications is set.",
                 "Read on the vessel's page what it will do and when; restore the link, or go to its last position.",
@@ -160,7 +160,7 @@ impl Kind {
             Self::NeverHeard => (
                 "It came in by its link before; now it is switched off, out of reach, or refused.",
                 "Where it is and what it does is not known here; what the history has of it is older.",
-                "Look at Admin, Connections, and at the vessel. Of one that is laid up revoke the link token, or forget it \
+                "Look at Admin, Connections, and at the vessel. If it is laid up, revoke its link token or forget it \
                  under Admin, Vessels.",
             ),
             Self::OtherSource => (
