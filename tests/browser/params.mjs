@@ -40,7 +40,7 @@ await inBrowser(async (open) => {
   const viewer = await open();
   await logIn(viewer, url, "vera", secret, "seven small boats at sea");
   // The table's script fails to load once: the tab says so, and loading the page again mends it.
-  await viewer.route("**/static/panel-*.js", (route) => route.abort(), { times: 1 });
+  await viewer.route("**/static/parameters-*.js", (route) => route.abort(), { times: 1 });
   await viewer.goto(`${url}/vessels/${OTTER}?tab=Parameters`);
   await box(viewer).getByText("This part of the page could not be loaded.").waitFor();
   await button(box(viewer), "Load the page again").click();

@@ -26,6 +26,9 @@ pub(crate) struct Waiting {
     pub(crate) expires: MonoTime,
     /// Sent at least once.
     pub(crate) sent: bool,
+    /// Sent to an earlier start of the vessel's program, which may have carried it out: what a later start says of it is not
+    /// the whole truth.
+    pub(crate) sent_before_start: bool,
     /// A stop followed: it is not sent again.
     pub(crate) called_off: bool,
     /// When it was sent first, and over which open connections.
@@ -35,7 +38,16 @@ pub(crate) struct Waiting {
 
 impl Waiting {
     pub(crate) fn new(lease: u64, packet: Bytes, expires: MonoTime) -> Self {
-        Self { lease, packet, expires, sent: false, called_off: false, first_sent: None, over: Vec::new() }
+        Self {
+            lease,
+            packet,
+            expires,
+            sent: false,
+            sent_before_start: false,
+            called_off: false,
+            first_sent: None,
+            over: Vec::new(),
+        }
     }
 
     /// When it is to go over the other connections too.
@@ -72,8 +84,16 @@ impl Pending {
         true
     }
 
-    pub(crate) fn answered(&mut self, id: u64) -> bool {
-        self.waiting.remove(&id).is_some()
+    /// Takes out the command that was answered.
+    pub(crate) fn answered(&mut self, id: u64) -> Option<Waiting> {
+        self.waiting.remove(&id)
+    }
+
+    /// The vessel's program was started again: it knows nothing of what was sent before.
+    pub(crate) fn started_again(&mut self) {
+        for one in self.waiting.values_mut() {
+            one.sent_before_start = one.sent;
+        }
     }
 
     /// Marks all that can still be in time as sent over a connection, in order; what was sent over it before is left out.
@@ -231,7 +251,20 @@ mod tests {
         assert!(pending.put(3, one));
         let sent: Vec<u64> = pending.sendable(at(1), next).into_iter().map(|(id, _)| id).collect();
         assert_eq!(sent, [3], "over the next connection");
-        assert!(pending.answered(1), "whether the first arrived is still asked");
+        assert!(pending.answered(1).is_some(), "whether the first arrived is still asked");
+    }
+
+    #[test]
+    fn what_an_earlier_start_of_the_vessel_may_have_carried_out_is_marked() {
+        let mut pending = Pending::default();
+        let at = |s| MonoTime::default() + Duration::from_secs(s);
+        assert!(pending.put(1, Waiting::new(0, Bytes::new(), at(9))));
+        assert_eq!(pending.sendable(at(0), ConnectionId(1)).len(), 1);
+        assert!(pending.put(2, Waiting::new(0, Bytes::new(), at(9))));
+        pending.started_again();
+        assert_eq!(pending.sendable(at(1), ConnectionId(2)).len(), 2);
+        let marked = [1, 2].map(|id| pending.answered(id).map(|one| one.sent_before_start));
+        assert_eq!(marked, [Some(true), Some(false)]);
     }
 
     #[test]
@@ -247,7 +280,7 @@ mod tests {
         assert_eq!(pending.sendable(at(0), first).len(), MOST_WAITING);
         assert!(pending.sendable(at(0), first).is_empty());
         assert_eq!(pending.sendable(at(0), next).len(), MOST_WAITING);
-        assert!(pending.answered(0) && !pending.answered(0));
+        assert!(pending.answered(0).is_some() && pending.answered(0).is_none());
         assert!(pending.overdue(at(3)).is_empty());
         assert_eq!(pending.overdue(at(4)).len(), MOST_WAITING - 1);
         assert_eq!(pending.next_end(), None);

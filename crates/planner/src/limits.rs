@@ -4,8 +4,8 @@
 //! that pass a slow area the worse one could seem better, so legs are cut where they cross a border.
 
 use crate::boxes::Bounds;
-use crate::objective::SpeedLimit;
 use crate::plane::{self, Plane, Point};
+use crate::zones::Zone;
 
 /// How far outside an area a way bends round its corner (m).
 const OUTSIDE_M: f64 = 0.5;
@@ -32,12 +32,13 @@ pub(crate) struct Piece {
 }
 
 impl Limits {
-    pub(crate) fn new<'l>(limits: impl IntoIterator<Item = &'l SpeedLimit>, plane: &Plane) -> Self {
-        let area = |limit: &SpeedLimit| {
-            let border = limit.zone.border(plane);
-            Area { bounds: Bounds::of(&border), border, most_mps: limit.most_mps }
+    /// Of zones, each with the greatest speed in it (m/s).
+    pub(crate) fn new<'z>(zones: impl IntoIterator<Item = (&'z Zone, f64)>, plane: &Plane) -> Self {
+        let area = |(zone, most_mps): (&Zone, f64)| {
+            let border = zone.border(plane);
+            Area { bounds: Bounds::of(&border), border, most_mps }
         };
-        Self(limits.into_iter().map(area).collect())
+        Self(zones.into_iter().map(area).collect())
     }
 
     /// Points just outside the corners of all areas: ways that go round one bend there. At corners that lead inwards they are of
@@ -122,7 +123,6 @@ fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::zones::Zone;
     use units::LatLon;
 
     fn point(x: f64, y: f64) -> Point {
@@ -137,7 +137,7 @@ mod tests {
             Zone::new(corners.map(|(x, y)| plane.place(point(west_m + x, y))).to_vec()).unwrap()
         };
         let areas = [(square(0.0), 1.0), (square(50.0), 0.5)];
-        Limits::new(&areas.map(|(zone, most_mps)| SpeedLimit { zone, most_mps }), &plane)
+        Limits::new(areas.iter().map(|(zone, most_mps)| (zone, *most_mps)), &plane)
     }
 
     #[test]

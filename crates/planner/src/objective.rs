@@ -298,7 +298,8 @@ impl Objective {
 
     /// The limits that hold somewhere on a leg, in a plane.
     pub(crate) fn limits_on(&self, leg: Leg, plane: &Plane) -> Limits {
-        Limits::new(self.limits.iter().filter(|limit| limit.zone.meets(leg)), plane)
+        let met = self.limits.iter().filter(|limit| limit.zone.meets(leg));
+        Limits::new(met.map(|limit| (&limit.zone, limit.most_mps)), plane)
     }
 
     fn leg(&self, (leg, leg_m): (Leg, f64), piece_m: f64, begin_s: f64, pace_mps: f64) -> LegCost {

@@ -28,7 +28,7 @@ impl Question<'_> {
     ) -> Result<Route, Refusal> {
         let objective = &wish.objective;
         let plane = self.room.plane();
-        let limits = Limits::new(&objective.limits, plane);
+        let limits = Limits::new(objective.limits.iter().map(|limit| (&limit.zone, limit.most_mps)), plane);
         let sailing =
             Sailing { room: self.room, wish, limits: &limits, pace_mps: objective.through_water_mps };
         let corners = |route: &Route| route.places().map(|place| plane.point(place)).collect::<Vec<_>>();

@@ -275,9 +275,10 @@ pub(crate) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
     }
     let place = vessel
         .map_or_else(|| say("at least one vessel"), |vessel| say("vessel {vessel}").with("vessel", vessel));
-    let text = say("vessel: {name} may not write here: that needs the role operator on {place}. Ask an admin.")
-        .with("name", &who.name)
-        .with_said("place", place);
+    let text =
+        say("vessel: {name} may not write here: that needs the role operator on {place}. Ask an admin.")
+            .with("name", &who.name)
+            .with_said("place", place);
     Err(Error::new(ErrorKind::Forbidden, text))
 }
 

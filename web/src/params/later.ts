@@ -3,7 +3,7 @@
 import { make } from "../ui/dom";
 import { later, t } from "../words/words";
 import { reloadOffer } from "../ui/reload";
-import type { ParameterNeeds, ParameterPanel } from "./panel";
+import type { ParameterNeeds, ParameterPanel } from "./parameters";
 
 export function createParametersLater(root: HTMLElement, needs: ParameterNeeds): ParameterPanel {
   const waiting = make("p", { role: "status" }, t("Reading …"));
@@ -12,7 +12,7 @@ export function createParametersLater(root: HTMLElement, needs: ParameterNeeds):
   const load = (): void => {
     isAsked = true;
     root.append(waiting);
-    later(() => import("./panel")).then(
+    later(() => import("./parameters")).then(
       ({ createParameters }) => {
         waiting.remove();
         panel = createParameters(root, needs);

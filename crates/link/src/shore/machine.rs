@@ -369,6 +369,7 @@ impl Shore {
         }
         if self.latest.values().any(|latest| !latest.is_same_start(which)) {
             self.latest.clear();
+            self.commands.started_again();
             (self.choice, self.last_live) = (0, 0);
         }
         self.latest.insert(way, which);
@@ -446,14 +447,15 @@ impl Shore {
     }
 
     fn receipt(&mut self, Receipt { id, verdict, text }: Receipt) {
-        if self.commands.answered(id) {
-            let outcome = match verdict {
-                Verdict::Received => Outcome::Received,
-                Verdict::Expired => Outcome::Expired,
-                Verdict::Refused => Outcome::Refused(text),
-            };
-            self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
-        }
+        let Some(command) = self.commands.answered(id) else { return };
+        let outcome = match verdict {
+            Verdict::Received => Outcome::Received,
+            // An earlier start of the vessel's program may have carried it out and not said so.
+            _ if command.sent_before_start => Outcome::Unanswered,
+            Verdict::Expired => Outcome::Expired,
+            Verdict::Refused => Outcome::Refused(text),
+        };
+        self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
     }
 
     fn step(&mut self, now: Now) {
