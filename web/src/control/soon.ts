@@ -7,7 +7,7 @@ import type { ControlNeeds, ControlPanel } from "./panel";
 
 type Updated = Pick<ControlPanel, "update">;
 
-/** Of what is told before the tab is here, it gets the last. */
+/** The newest state that came before the tab is here is kept for it. */
 export function createControlSoon(root: HTMLElement, needs: ControlNeeds): Updated {
   const waiting = make("p", { role: "status" }, t("Reading …"));
   root.append(waiting);

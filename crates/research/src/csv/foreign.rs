@@ -143,7 +143,7 @@ pub(super) fn ours(kind: RegisterKind, table: Table) -> Table {
     let decimal = if table.separator == b';' { ',' } else { '.' };
     let mut seen = BTreeSet::new();
     let rows = table.rows.into_iter().filter_map(|(line, cells)| {
-        // A line with a cell too many or too few is told as such, by its count.
+        // A line with a cell too many or too few is reported as such, by its count.
         if cells.len() != names.len() {
             let odd = columns.len() + cells.len().abs_diff(names.len());
             return Some((line, vec![String::new(); odd]));
