@@ -13,7 +13,7 @@
 //!    is divided into triangles (`room`), and `rooms` keeps it in memory, up to 80 MiB. It is not kept on disk: a region is ready
 //!    in less than a second, and a file would have to be proved to be of this very chart.
 //! 2. Where a region would hold too much chart, the water is looked at in tiles of 20 km (`tile`). Of each only the openings in
-//!    its borders and the ways between them are kept (`doors`, `known`: 16 MiB). A search over them finds the corridor of
+//!    its borders and the ways between them are kept (`portals`, `known`: 16 MiB). A search over them finds the corridor of
 //!    tiles (`corridor`), whose water is prepared as one room (`long`). The answer says where other water could hold a shorter way,
 //!    and that there is no way only where all water around an end was looked at.
 //! 3. Where an [`Objective`] asks for less time or energy, or prefers water, `weighing` looks over a `lattice` of points for a

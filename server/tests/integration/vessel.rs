@@ -247,6 +247,6 @@ async fn nobody_speaks_for_a_vessel_that_has_a_link() {
     let end = packet(CONSOLE, imc::Address::NULL, now_s(), messages::Heartbeat);
     forger.say(&end).await;
     assert_eq!(console.hear().await, end, "and nothing before it");
-    until("told", || server.log().contains("speaks in its name by the transport imcproxy").then_some(()))
+    until("told", || server.log().contains("sends as this vessel by the transport imcproxy").then_some(()))
         .await;
 }

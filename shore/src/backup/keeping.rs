@@ -17,6 +17,7 @@ use super::manifest::{ALTERNATE, Entry, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
@@ -256,12 +257,13 @@ impl<'a> Keeping<'a> {
     }
 
     /// Keeps files of the earlier backup that the server no longer has, such as removed days; not those from outside of the
-    /// data folder.
+    /// data folder, and not the access of vessels that was ended, lest a restore gives it back.
     pub(super) fn carry_over(&mut self, outside: &str) -> anyhow::Result<()> {
         let gone: Vec<Entry> = self
             .known
             .values()
             .filter(|entry| !self.entries.contains_key(&entry.path) && !entry.path.starts_with(outside))
+            .filter(|entry| !self.is_ended_access(&entry.path))
             .cloned()
             .collect();
         for entry in gone {
@@ -276,6 +278,15 @@ impl<'a> Keeping<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Whether a file that the server no longer has let a vessel in, while the rest of the fleet's folder is there: tokens and keys
+    /// of vessels, and what root's files are copied from. The server's own keys are none of these.
+    fn is_ended_access(&self, path: &Path) -> bool {
+        let of_vessel = ["token", "vpn", "ovpn"].map(OsStr::new);
+        let gives_access = path.starts_with("vpn")
+            || path.starts_with("fleet") && path.extension().is_some_and(|end| of_vessel.contains(&end));
+        gives_access && self.entries.contains_key(Path::new("fleet/fleet.toml"))
     }
 
     /// Whether the new backup has a day's file in its other form, compressed or plain, and all that an earlier entry held is

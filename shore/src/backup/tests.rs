@@ -314,6 +314,43 @@ fn a_file_that_turns_bad_at_the_server_does_not_take_the_good_copy_along() {
 }
 
 #[test]
+fn access_that_was_ended_does_not_come_back_by_a_later_backup() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    let ended = [
+        "fleet/otter-1.token",
+        "fleet/otter-1.ovpn",
+        "fleet/otter-1.vpn",
+        "vpn/openvpn/lutra.ccd/otter-1.0f",
+    ];
+    let kept =
+        ["fleet/fleet.toml", "fleet/openvpn.key", "fleet/otter-2.ovpn", "vpn/openvpn/lutra.ccd/otter-2.0e"];
+    for path in ended.iter().chain(&kept) {
+        let path = data.join(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, "a secret").unwrap();
+    }
+    let there = |path: &&str| scratch.path().join("back").join(path).exists();
+    back_up(&data, &to);
+    restored(&to, &scratch.path().join("back"));
+    assert!(ended.iter().chain(&kept).all(|path| there(path)), "all of it while it is good");
+    for path in ended {
+        fs::remove_file(data.join(path)).unwrap();
+    }
+    // The server's own key was lost, which is no end of access.
+    fs::remove_file(data.join("fleet/openvpn.key")).unwrap();
+    back_up(&data, &to);
+    restored(&to, &scratch.path().join("back"));
+    assert!(!ended.iter().any(|path| there(path)), "a vessel's that was ended");
+    assert!(kept.iter().all(|path| there(path)), "what is good, and the server's own");
+    // Where the whole folder was lost, its copies are all that there is.
+    fs::remove_dir_all(data.join("fleet")).unwrap();
+    back_up(&data, &to);
+    restored(&to, &scratch.path().join("back"));
+    assert!(kept.iter().all(|path| there(path)));
+}
+
+#[test]
 fn what_only_the_backup_has_is_kept_although_it_is_damaged() {
     let scratch = tempfile::tempdir().unwrap();
     let (data, to, back) =

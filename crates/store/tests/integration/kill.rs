@@ -64,7 +64,18 @@ fn loses_nothing_acknowledged_and_opens_clean() {
     let durable = store.durable(STREAM).unwrap();
     assert!(durable >= acknowledged, "{durable} < {acknowledged}");
     let expected: Vec<u8> = (0..=durable).flat_map(sample).collect();
-    assert!(archived(folder.path(), OTTER) == expected, "the archive is not every packet once, in order");
+    let found = archived(folder.path(), OTTER);
+    if found != expected {
+        let length = sample(0).len();
+        let at = found.iter().zip(&expected).take_while(|(one, other)| one == other).count();
+        panic!(
+            "the archive is not every packet once, in order: {} bytes for {} packets of {length} bytes; the first difference is at byte {at}, \
+             in packet {}",
+            found.len(),
+            durable + 1,
+            at / length
+        );
+    }
     let source = Source { system: OTTER, entity: 5, message: "Temperature".to_owned() };
     let samples = Reader::open(folder.path())
         .unwrap()

@@ -79,7 +79,13 @@ fn log_new_key(data: &Path, files: &Files, fleet: &Fleet, name: &String, now: Ut
 /// A file cannot be written; or, after all is done, files of other vessels are damaged.
 fn put_in_force(files: &Files, fleet: &Fleet, name: &str, now: UtcTime) -> anyhow::Result<()> {
     tell_doubts(files, fleet, now)?;
-    let written = write_vpn(files, fleet)?;
+    let written = write_vpn(files, fleet).with_context(|| {
+        format!(
+            "not all files of the VPN were written: the old key of {name} may come in, and its new one may not. Run `lutra-server fleet rotate \
+             {name} --vpn` again; until then {}",
+            by_hand(fleet.vpn.kind, name)
+        )
+    })?;
     tell_next(fleet.vpn.kind, files);
     vpn::of(fleet.vpn.kind.other(), files).forget(name)?;
     Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
@@ -136,10 +142,28 @@ pub(super) fn finish(files: &Files, names: &[String], mut failed: Vec<String>) -
     if files.applied().exists() {
         match update(files, names) {
             Ok(damaged) => failed.extend(damaged),
-            Err(error) => failed.push(format!("files of the VPN: {error:#}")),
+            Err(error) => failed.push(format!("files of the VPN: {error:#}{}", until(files, names))),
         }
+    } else if !until(files, names).is_empty() {
+        let lost = files.applied();
+        failed.push(format!(
+            "files of the VPN: {} is not there: apply the fleet file again{}",
+            lost.display(),
+            until(files, names)
+        ));
     }
     report(names, &failed)
+}
+
+/// How root refuses boats until the files of the VPN are written; empty where there never was one.
+fn until(files: &Files, names: &[String]) -> String {
+    let had = |kind: &VpnKind| vpn::of(*kind, files).has_shore().unwrap_or(true);
+    let steps: Vec<String> = VpnKind::ALL
+        .into_iter()
+        .filter(had)
+        .flat_map(|kind| names.iter().map(move |name| by_hand(kind, name)))
+        .collect();
+    if steps.is_empty() { String::new() } else { format!("; until then {}", steps.join("; ")) }
 }
 
 /// Returns what is damaged, of other vessels too.
@@ -160,8 +184,8 @@ fn update(files: &Files, names: &[String]) -> anyhow::Result<Vec<String>> {
         let until: Vec<String> = names.iter().map(|name| by_hand(fleet.vpn.kind, name)).collect();
         damaged.push(format!("{why}; until then {}", until.join("; ")));
     } else {
-        tell_doubts(files, &fleet, clock::now())?;
         damaged.extend(write_vpn(files, &fleet)?.damaged);
+        tell_doubts(files, &fleet, clock::now())?;
         tell_next(fleet.vpn.kind, files);
     }
     Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
@@ -210,7 +234,7 @@ fn by_hand(kind: VpnKind, name: &str) -> String {
         VpnKind::WireGuard => format!(
             "take the [Peer] of {name} out of /etc/wireguard/lutra.conf by hand and `sudo systemctl try-restart wg-quick@lutra`"
         ),
-        // As many signs as a serial number has, so that no other boat's file goes.
+        // One `?` for each digit of the serial number, so that no other boat's file matches.
         VpnKind::OpenVpn => format!(
             "refuse it by hand: `sudo find /etc/openvpn/server/lutra.ccd -name '{name}.????????????????' -delete && sudo systemctl \
              try-restart openvpn-server@lutra`"

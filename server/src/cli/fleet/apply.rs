@@ -33,7 +33,15 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     let known = Known::look(&config.data, &files, &fleet, clock::now())?;
     let tunnel = vpn::of(fleet.vpn.kind, &files);
     refuse(&conflicts(&files, &*tunnel, &fleet, &known, &arguments.revoke)?)?;
-    let plan = Plan::make(&files, &*tunnel, &fleet, &text, &known)?;
+    let plan = match Plan::make(&files, &*tunnel, &fleet, &text, &known) {
+        // A revocation waits for no other boat's file.
+        Err(error) if !arguments.revoke.is_empty() && !arguments.dry_run => {
+            let mut failed = access::take_all(&config.data, &files, &arguments.revoke);
+            failed.push(format!("the rest of {}: {error:#}", arguments.file.display()));
+            return access::finish(&files, &arguments.revoke, failed);
+        }
+        plan => plan?,
+    };
     for doubt in look::doubts(&fleet, &config).into_iter().chain(tunnel.doubts(clock::now())?) {
         complain!("note: {doubt}");
     }
@@ -55,11 +63,10 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     if !failed.is_empty() {
         return access::finish(&files, &arguments.revoke, failed);
     }
-    let changed = plan.carry_out(&config.data, &files, &fleet, &text)?;
+    plan.carry_out(&config.data, &files, &fleet, &text)?;
     say!("done");
-    if changed || !arguments.revoke.is_empty() {
-        tell_next(fleet.vpn.kind, &files);
-    }
+    // Also where the files are as they were: a run before that broke off may have written them and not said so.
+    tell_next(fleet.vpn.kind, &files);
     Ok(())
 }
 
@@ -98,7 +105,8 @@ fn conflicts(
         if revoke.contains(&name) {
             continue;
         }
-        let Some(address) = tunnel.address(&name)? else { continue };
+        // What is damaged is reported by what needs it.
+        let Ok(Some(address)) = tunnel.address(&name) else { continue };
         let taken = fleet.vessels.iter().find(|vessel| vessel.vpn_address == address);
         let by = taken.map(|vessel| vessel.name.as_str());
         let by = by.or_else(|| (fleet.vpn.server_address == address).then_some("the server"));
@@ -241,8 +249,8 @@ impl Plan {
         }
     }
 
-    /// Does it. Whether files of the VPN changed.
-    fn carry_out(self, data: &Path, files: &Files, fleet: &Fleet, text: &str) -> anyhow::Result<bool> {
+    /// Does it.
+    fn carry_out(self, data: &Path, files: &Files, fleet: &Fleet, text: &str) -> anyhow::Result<()> {
         let now = clock::now();
         let server = self.server_key.then_some("the server");
         let named = server.into_iter().chain(self.keys.iter().map(|step| step.name.as_str()));
@@ -263,8 +271,7 @@ impl Plan {
         let written = write_vpn(files, fleet)?;
         self.left.end(files)?;
         files::write(&files.applied(), text.as_bytes())?;
-        written.whole()?;
-        Ok(written.changed || !self.left.is_empty())
+        written.whole()
     }
 }
 

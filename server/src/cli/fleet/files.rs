@@ -104,6 +104,15 @@ pub(super) fn remove(path: &Path) -> anyhow::Result<bool> {
     }
 }
 
+/// Removes files, all that can be. Returns whether there was one.
+///
+/// # Errors
+/// The first that cannot be removed.
+pub(super) fn remove_all(paths: &[PathBuf]) -> anyhow::Result<bool> {
+    let removed: Vec<anyhow::Result<bool>> = paths.iter().map(|path| remove(path)).collect();
+    removed.into_iter().try_fold(false, |any, one| Ok(one? || any))
+}
+
 /// Writes a file that only its owner can read, completely or not at all. Makes its folder if it is missing.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

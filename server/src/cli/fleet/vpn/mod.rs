@@ -236,7 +236,6 @@ pub(super) fn differs(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<bool
 /// Outcome of [`write_vpn`].
 #[derive(Debug, Default)]
 pub(super) struct Written {
-    pub(super) changed: bool,
     /// Vessels' files that cannot be read, each with its remedy.
     pub(super) damaged: Vec<String>,
 }
@@ -257,18 +256,14 @@ pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<Written>
         return Ok(Written::default());
     }
     let (wanted, damaged) = wanted(&*tunnel, fleet)?;
-    let mut changed = false;
+    // First: what is broken off then lets in too few, and not a boat whose access was ended.
+    files::remove_all(&stale(&tunnel.folder(), &wanted)?)?;
     for (path, text) in &wanted {
         if files::read(path)?.as_ref() != Some(text) {
             files::write(path, text.as_bytes())?;
-            changed = true;
         }
     }
-    for path in stale(&tunnel.folder(), &wanted)? {
-        files::remove(&path)?;
-        changed = true;
-    }
-    Ok(Written { changed, damaged })
+    Ok(Written { damaged })
 }
 
 /// Files of vessels, in the folder that OpenVPN looks into, that are not wanted.

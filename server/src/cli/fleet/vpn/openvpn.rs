@@ -101,9 +101,7 @@ impl OpenVpn<'_> {
 
     /// Removes them. Returns whether there was one.
     fn end_places(&self, name: &str) -> anyhow::Result<bool> {
-        let places = self.places_of(name)?;
-        places.iter().try_for_each(|path| files::remove(path).map(|_| ()))?;
-        Ok(!places.is_empty())
+        files::remove_all(&self.places_of(name)?)
     }
 }
 
