@@ -78,8 +78,10 @@ impl Day {
             none => none.insert(Files::open(archive, key)?),
         };
         self.torn = true;
-        disk.append(&files.data, &self.pending.data).named(&files.folder.join(DATA))?;
-        disk.append(&files.arrivals, &self.pending.arrivals).named(&files.folder.join(ARRIVALS))
+        // Records first: what a kill leaves half written then has its number, or is cut off and sent again. A packet that is
+        // whole and has no record would be kept, and be there twice once its vessel sends it again.
+        disk.append(&files.arrivals, &self.pending.arrivals).named(&files.folder.join(ARRIVALS))?;
+        disk.append(&files.data, &self.pending.data).named(&files.folder.join(DATA))
     }
 
     /// Waits for the disk.
