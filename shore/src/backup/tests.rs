@@ -333,7 +333,7 @@ fn access_that_was_ended_does_not_come_back_by_a_later_backup() {
     let there = |path: &&str| scratch.path().join("back").join(path).exists();
     back_up(&data, &to);
     restored(&to, &scratch.path().join("back"));
-    assert!(ended.iter().chain(&kept).all(|path| there(path)), "all of it while it is good");
+    assert!(ended.iter().chain(&kept).all(&there), "all of it while it is good");
     for path in ended {
         fs::remove_file(data.join(path)).unwrap();
     }
@@ -341,13 +341,13 @@ fn access_that_was_ended_does_not_come_back_by_a_later_backup() {
     fs::remove_file(data.join("fleet/openvpn.key")).unwrap();
     back_up(&data, &to);
     restored(&to, &scratch.path().join("back"));
-    assert!(!ended.iter().any(|path| there(path)), "a vessel's that was ended");
-    assert!(kept.iter().all(|path| there(path)), "what is good, and the server's own");
+    assert!(!ended.iter().any(&there), "a vessel's that was ended");
+    assert!(kept.iter().all(&there), "what is good, and the server's own");
     // Where the whole folder was lost, its copies are all that there is.
     fs::remove_dir_all(data.join("fleet")).unwrap();
     back_up(&data, &to);
     restored(&to, &scratch.path().join("back"));
-    assert!(kept.iter().all(|path| there(path)));
+    assert!(kept.iter().all(there));
 }
 
 #[test]
