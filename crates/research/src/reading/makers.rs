@@ -276,7 +276,9 @@ impl Maker {
 
     /// The place of the file, else that of the fixed station.
     fn pose(&self, row: &Row<'_>, deployment: Option<&RegisterDeployment>) -> Result<Option<Pose>, Wrong> {
-        let of_file = row.real(self.lat)?.zip(row.real(self.lon)?);
+        // Programs write 0, 0 where a station has no place; no receiver hangs there.
+        let is_place = |place: &(f64, f64)| place.0 != 0.0 || place.1 != 0.0;
+        let of_file = row.real(self.lat)?.zip(row.real(self.lon)?).filter(is_place);
         let of_station = || deployment.and_then(|one| one.lat_deg.zip(one.lon_deg));
         let Some((lat_deg, lon_deg)) = of_file.or_else(of_station) else { return Ok(None) };
         let place = place(lat_deg, lon_deg).map_err(|text| (self.lat.to_owned(), text))?;

@@ -148,6 +148,14 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             63.5,
         ),
         (
+            "Date and Time (UTC),Receiver,Transmitter,Transmitter Name,Transmitter Serial,Sensor Value,Sensor Unit,Station Name,Latitude,Longitude\n2026-11-21 08:00:01,VR2W-109924,A69-1303-63366,,,,,,+0,+0\n",
+            "A69-1303-63366",
+            1_000_000,
+            None,
+            0,
+            63.44,
+        ),
+        (
             "Date and Time UTC,TBR Serial Number,Unix Timestamp UTC,Millisecond,CodeType,Id,Data,Signal to Noise Ratio\n2026-11-21 08:00:01,109924,1795248001,250,R64K,77,-,31\n",
             "R64K-77",
             1_250_000,
