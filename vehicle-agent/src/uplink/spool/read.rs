@@ -40,7 +40,8 @@ impl Found {
             }
             // It was begun when the last entry of the file before it was written, or was to be begun on a full disk: that file
             // may have gone on.
-            if bytes <= HEADER_BYTES as u64 {
+            // The first file hides nothing: what it lost is read as damage.
+            if bytes <= HEADER_BYTES as u64 && !files.is_empty() {
                 (begun, begun_at) = (first, changed(&path)?);
                 fs::remove_file(&path)?;
                 continue;

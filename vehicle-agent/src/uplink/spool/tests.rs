@@ -114,6 +114,19 @@ fn files_that_a_full_disk_left_empty_hide_no_packets() {
 }
 
 #[test]
+fn a_first_file_that_lost_its_entries_is_a_gap_and_not_called_acknowledged() {
+    let folder = temporary();
+    let mut spool = open(folder.path());
+    append(&mut spool, 400, |_| false);
+    let (first, second) = spool.oldest().unwrap();
+    drop(spool);
+    fs::write(path(folder.path(), first), []).unwrap();
+    let (packets, gaps) = read_all(&mut open(folder.path()), 0);
+    assert_eq!((gaps[0].reason, gaps[0].from, gaps[0].to), (GapReason::Damaged, 0, second));
+    assert_eq!((packets.first(), packets.last()), (Some(&second), Some(&399)));
+}
+
+#[test]
 fn killed_at_any_byte_nothing_whole_is_lost_and_it_goes_on() {
     let folder = temporary();
     let mut spool = open(folder.path());
