@@ -9,6 +9,9 @@ use crate::zones::Zone;
 
 /// How far outside an area a way bends round its corner (m).
 const OUTSIDE_M: f64 = 0.5;
+/// Shorter parts of a leg have the limit of what is beside them: within the error of places and planes, a leg that only touches an
+/// area is not in it, however strong the current is there against the limit (m).
+const SLIVER_M: f64 = 1.0;
 
 /// The areas of an objective, in one plane.
 #[derive(Debug, Clone, Default)]
@@ -18,6 +21,7 @@ pub(crate) struct Limits(Vec<Area>);
 struct Area {
     /// Closed: the last point is the first.
     border: Vec<Point>,
+    corners: Vec<Point>,
     bounds: Bounds,
     most_mps: f64,
 }
@@ -36,7 +40,8 @@ impl Limits {
     pub(crate) fn new<'z>(zones: impl IntoIterator<Item = (&'z Zone, f64)>, plane: &Plane) -> Self {
         let area = |(zone, most_mps): (&Zone, f64)| {
             let border = zone.border(plane);
-            Area { bounds: Bounds::of(&border), border, most_mps }
+            let corners = zone.corners().iter().map(|corner| plane.point(*corner)).collect();
+            Area { bounds: Bounds::of(&border), border, corners, most_mps }
         };
         Self(zones.into_iter().map(area).collect())
     }
@@ -46,7 +51,7 @@ impl Limits {
     pub(crate) fn corners(&self) -> impl Iterator<Item = Point> {
         self.0.iter().flat_map(|area| {
             let middle = area.bounds.min.towards(area.bounds.max, 0.5);
-            area.border.iter().skip(1).map(move |corner| {
+            area.corners.iter().map(move |corner| {
                 let from_middle_m = middle.distance_m(*corner).max(OUTSIDE_M);
                 middle.towards(*corner, 1.0 + OUTSIDE_M / from_middle_m)
             })
@@ -78,8 +83,10 @@ impl Limits {
         cuts.sort_by(f64::total_cmp);
         let mut begin = 0.0;
         let mut stretches: Vec<Piece> = Vec::with_capacity(cuts.len());
+        let sliver = SLIVER_M / from.distance_m(to).max(f64::MIN_POSITIVE);
         for end in cuts {
-            if end > begin {
+            let is_rest = end >= 1.0 && stretches.is_empty();
+            if end - begin > sliver || is_rest {
                 let middle = from.towards(to, 0.5 * (begin + end));
                 let most_mps = near.iter().filter(|area| area.holds(middle)).map(|area| area.most_mps);
                 let most_mps = most_mps.fold(f64::INFINITY, f64::min);
@@ -90,6 +97,9 @@ impl Limits {
                 }
                 begin = end;
             }
+        }
+        if let Some(last) = stretches.last_mut() {
+            last.end = to;
         }
         stretches
     }
@@ -155,6 +165,18 @@ mod tests {
         assert!(found.windows(2).all(|pair| pair[0].end.distance_m(pair[1].begin) < 1e-9));
         assert_eq!(found[0].begin, ends.0);
         assert!(found[found.len() - 1].end.distance_m(ends.1) < 1e-9);
+    }
+
+    #[test]
+    fn a_leg_that_touches_a_corner_is_not_in_the_area() {
+        // Half a metre within the first square, at its south-western corner.
+        let found = limits().stretches(point(-50.0, 50.35), point(50.35, -50.0));
+        assert_eq!(found.iter().map(|one| one.most_mps).collect::<Vec<_>>(), [f64::INFINITY]);
+        let found = limits().stretches(point(-50.0, 52.0), point(52.0, -50.0));
+        assert_eq!(
+            found.iter().map(|one| one.most_mps).collect::<Vec<_>>(),
+            [f64::INFINITY, 1.0, f64::INFINITY]
+        );
     }
 
     #[test]

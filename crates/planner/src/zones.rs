@@ -89,6 +89,11 @@ impl Zone {
         Ok(zone)
     }
 
+    /// Its corners, each once.
+    pub(crate) fn corners(&self) -> &[LatLon] {
+        &self.corners
+    }
+
     /// How long its border is (m); sides of many kilometres only nearly.
     pub fn border_m(&self) -> f64 {
         self.sides().map(|(from, to)| Plane::new(from).point(to).distance_m(Point::default())).sum()

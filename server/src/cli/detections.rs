@@ -23,7 +23,7 @@ use units::UtcTime;
 pub(super) enum DetectionsCommand {
     /// Write detections as a file, with what the register knows of tags, animals and receivers.
     Export(Box<ExportArguments>),
-    /// Take a table of detections into the archive: whole, or not at all. What is there already is not added twice.
+    /// Take a table of detections into the archive. One bad row refuses the whole file; what is there already is not added twice.
     ///
     /// Tables of Lutra (CSV, Parquet), and of the programs of receivers and portals: ComPort of Thelma, VUE, Fathom, ETN, OTN.
     Import(ImportArguments),

@@ -281,7 +281,7 @@ impl<'a> Keeping<'a> {
     }
 
     /// Whether a file that the server no longer has let a vessel in, while the rest of the fleet's folder is there: tokens and keys
-    /// of vessels, and what root's files are copied from. The server's own keys are none of these.
+    /// of vessels, and what root's files are copied from. The server's own keys let no vessel in.
     fn is_ended_access(&self, path: &Path) -> bool {
         let of_vessel = ["token", "vpn", "ovpn"].map(OsStr::new);
         let gives_access = path.starts_with("vpn")

@@ -17,7 +17,7 @@ export function wayToWrite(vessel: number, at: number | null, place: { readonly 
 
 /** The kind of what people wrote, among the entries of a vessel's own log book. */
 export const NOTE = -1;
-/** What is before the name of whoever wrote a note, in its context; files have it as it is. */
+/** Stands before the author's name in a note's context; files keep it. */
 export const NOTE_BY = "note by ";
 /** The entity of nobody. */
 const NOBODY = 255;

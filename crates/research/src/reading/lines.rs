@@ -19,6 +19,8 @@ pub(super) struct Record {
     text: String,
     /// Where each ends.
     ends: Vec<usize>,
+    /// Whether a line end came after it; a whole file may lack it after its last record.
+    pub(super) is_ended: bool,
 }
 
 impl Record {
@@ -27,7 +29,7 @@ impl Record {
         self.ends.len()
     }
 
-    /// A cell without blanks around it; empty where there is none.
+    /// A cell, trimmed. One that the record lacks is empty.
     pub(super) fn cell(&self, at: usize) -> &str {
         self.exact(at).trim()
     }
@@ -39,11 +41,11 @@ impl Record {
         self.text.get(begin..*end).unwrap_or_default()
     }
 
-    /// Divides `raw` into cells.
-    fn divide(&mut self, separator: char) {
+    /// Divides `raw` into cells. Whether it could: a line end outside of a quoted cell divides nothing.
+    fn divide(&mut self, separator: char) -> bool {
         self.text.clear();
         self.ends.clear();
-        let mut quoted = false;
+        let (mut quoted, mut divides) = (false, true);
         let mut letters = self.raw.chars().peekable();
         while let Some(letter) = letters.next() {
             let begin = self.ends.last().copied().unwrap_or(0);
@@ -57,10 +59,14 @@ impl Record {
                 }
                 '"' if self.text.len() == begin => quoted = true,
                 letter if letter == separator && !quoted => self.ends.push(self.text.len()),
-                letter => self.text.push(letter),
+                letter => {
+                    divides &= quoted || letter != '\n';
+                    self.text.push(letter);
+                }
             }
         }
         self.ends.push(self.text.len());
+        divides && !quoted
     }
 }
 
@@ -105,11 +111,17 @@ impl<R: BufRead> Lines<R> {
                 let text = say("is not UTF-8 from here on; save the file as \"CSV UTF-8\"");
                 return Ok(Some(Err(text)));
             };
+            record.is_ended = text.ends_with('\n');
             let text = text.strip_prefix('\u{FEFF}').unwrap_or(text).trim_end_matches(['\r', '\n']);
             record.raw.clear();
             record.raw.push_str(text);
             let separator = *self.separator.get_or_insert_with(|| separator(text));
-            record.divide(separator);
+            if !record.divide(separator) {
+                let text = say(
+                    "a `\"` within a cell joins lines from here on; double it (`\"\"`) and quote the cell, or take it out",
+                );
+                return Ok(Some(Err(text)));
+            }
             if record.len() > CELLS {
                 let text = say("has {n} cells, a table at most {most}; look at its separators")
                     .with("n", record.len())

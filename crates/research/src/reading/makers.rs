@@ -3,7 +3,7 @@
 //! What a file does not tell stays unknown or, where every detection has it, is what our receivers without it report: a signal to
 //! noise ratio of 0 and a carrier of 69 kHz. The line as it came is kept with the detection.
 
-use super::own::place;
+use super::own::{both, place};
 use super::row::{Row, empty, shown};
 use super::{Carriers, Wrong};
 use api::{RegisterDeployment, say};
@@ -50,6 +50,8 @@ pub(super) struct Maker {
     noise: &'static str,
     lat: &'static str,
     lon: &'static str,
+    /// The zone of the time.
+    zone: &'static str,
 }
 
 const NOTHING: Maker = Maker {
@@ -68,6 +70,7 @@ const NOTHING: Maker = Maker {
     noise: "",
     lat: "",
     lon: "",
+    zone: "",
 };
 
 /// Rows `DET` of Innovasea's Fathom, of both versions.
@@ -141,6 +144,7 @@ pub(super) static MAKERS: [Maker; 6] = [
     },
     Maker {
         known_by: &["datecollected", "receiver", "tagname"],
+        zone: "timezone",
         time: "datecollected",
         tag: "tagname",
         data: "sensorraw",
@@ -166,13 +170,11 @@ impl Maker {
         let (protocol, frequency_khz, tag_id) = self.code(row)?;
         let clock = self.clock(time)?;
         let deployment = carriers.study.deployed(receiver, time.micros());
+        let system = self.system(carriers, deployment, named, time)?;
+        // Of another station than the one that was named the place is not this one's.
+        let station = deployment.filter(|one| one.vessel == Some(system));
         Ok(Some(Detection {
-            origin: Origin {
-                system: Address(self.system(carriers, deployment, named, time)?),
-                entity: ENTITY,
-                reported: time,
-                received: None,
-            },
+            origin: Origin { system: Address(system), entity: ENTITY, reported: time, received: None },
             receiver,
             clock,
             protocol,
@@ -181,7 +183,7 @@ impl Maker {
             snr_db: self.snr(row)?,
             frequency_khz,
             line: 0,
-            pose: self.pose(row, deployment)?,
+            pose: self.pose(row, station)?,
             effort: Effort::default(),
             raw: Some(row.raw.to_owned()),
         }))
@@ -197,6 +199,12 @@ impl Maker {
 
     fn time(&self, row: &Row<'_>) -> Result<UtcTime, Wrong> {
         let Some(written) = row.time(self.time)? else { return Err(empty(self.time)) };
+        if let Some(zone) = row.cell(self.zone)
+            && !["UTC", "GMT", "Z"].iter().any(|utc| zone.eq_ignore_ascii_case(utc))
+        {
+            let wrong = say("`{zone}` is not UTC; export the file with times in UTC");
+            return Err((self.zone.to_owned(), wrong.with("zone", shown(zone))));
+        }
         let correction_s = row.real(self.correction)?.unwrap_or_default();
         let corrected = UtcTime::from_micros(written.micros() + (correction_s * 1e6).round() as i64);
         let Some(unix_s) = row.real(self.unix)? else { return Ok(corrected) };
@@ -275,11 +283,11 @@ impl Maker {
     }
 
     /// The place of the file, else that of the fixed station.
-    fn pose(&self, row: &Row<'_>, deployment: Option<&RegisterDeployment>) -> Result<Option<Pose>, Wrong> {
+    fn pose(&self, row: &Row<'_>, station: Option<&RegisterDeployment>) -> Result<Option<Pose>, Wrong> {
         // Programs write 0, 0 where a station has no place; no receiver hangs there.
         let is_place = |place: &(f64, f64)| place.0 != 0.0 || place.1 != 0.0;
-        let of_file = row.real(self.lat)?.zip(row.real(self.lon)?).filter(is_place);
-        let of_station = || deployment.and_then(|one| one.lat_deg.zip(one.lon_deg));
+        let of_file = both(row, self.lat, self.lon)?.filter(is_place);
+        let of_station = || station.and_then(|one| one.lat_deg.zip(one.lon_deg));
         let Some((lat_deg, lon_deg)) = of_file.or_else(of_station) else { return Ok(None) };
         let place = place(lat_deg, lon_deg).map_err(|text| (self.lat.to_owned(), text))?;
         Ok(Some(Pose { place, age_s: None, sigma_m: None }))

@@ -27,7 +27,7 @@ pub(super) fn detection(row: &Row<'_>, carriers: &Carriers<'_>) -> Result<Detect
         received: None,
     };
     let protocol = row.needed("protocol")?;
-    Ok(Detection {
+    let detection = Detection {
         origin,
         receiver: row.whole("receiver")?.ok_or_else(|| empty("receiver"))?,
         clock: clock(row)?,
@@ -44,7 +44,16 @@ pub(super) fn detection(row: &Row<'_>, carriers: &Carriers<'_>) -> Result<Detect
             propeller_rpm: row.real("propeller_speed")?,
         },
         raw: row.text("raw_line").map(Cow::into_owned),
-    })
+    };
+    let (named, found) = (row.needed("detection_id")?, detection.id());
+    if named != found {
+        let text = say(
+            "`{named}` names another detection than the cells of its row, {found}: a spreadsheet has rounded or shifted them; export the file again",
+        );
+        let text = text.with("named", shown(&named)).with("found", found);
+        return Err(("detection_id".to_owned(), text));
+    }
+    Ok(detection)
 }
 
 /// The entity that reported it stands in the id alone.
@@ -76,9 +85,19 @@ fn clock(row: &Row<'_>) -> Result<ReceiverClock, Wrong> {
 }
 
 fn pose(row: &Row<'_>) -> Result<Option<Pose>, Wrong> {
-    let Some((lat_deg, lon_deg)) = row.real("latitude")?.zip(row.real("longitude")?) else { return Ok(None) };
+    let Some((lat_deg, lon_deg)) = both(row, "latitude", "longitude")? else { return Ok(None) };
     let place = place(lat_deg, lon_deg).map_err(|text| ("latitude".to_owned(), text))?;
     Ok(Some(Pose { place, age_s: row.real("position_age")?, sigma_m: row.real("position_deviation")? }))
+}
+
+/// Latitude and longitude by their columns; one without the other is none.
+pub(super) fn both(row: &Row<'_>, lat: &str, lon: &str) -> Result<Option<(f64, f64)>, Wrong> {
+    let (lat_deg, lon_deg) = (row.real(lat)?, row.real(lon)?);
+    if lat_deg.is_some() != lon_deg.is_some() {
+        let name = if lat_deg.is_some() { lon } else { lat };
+        return Err((name.to_owned(), say("empty beside the other half of the place; give both or neither")));
+    }
+    Ok(lat_deg.zip(lon_deg))
 }
 
 /// A place in degrees.

@@ -28,7 +28,9 @@ impl Columns {
     pub(super) fn named(names: Vec<String>) -> Self {
         let bare = |name: &String| name.split_once(" [").map_or(&**name, |(name, _)| name).to_lowercase();
         // The first of two of the same name counts.
-        let places = names.iter().enumerate().rev().map(|(at, name)| (bare(name), at)).collect();
+        let places = names.iter().enumerate().rev().map(|(at, name)| (bare(name), at));
+        // R and pandas number the rows in a column without a name; makers' columns that a table lacks have the empty name too.
+        let places = places.filter(|(name, _)| !name.is_empty()).collect();
         Self { places, names }
     }
 
@@ -76,7 +78,15 @@ impl<'r> Row<'r> {
             Cells::Record(record) => record.len(),
             Cells::Values(values) => values.len(),
         };
-        // Some programs leave empty cells at the end away.
+        // Some programs leave empty cells at the end away. A file that was copied by half ends so too, but without a line end.
+        let is_cut =
+            n < self.columns.len() && matches!(self.cells, Cells::Record(record) if !record.is_ended);
+        if is_cut {
+            return Err((
+                String::new(),
+                say("the file is cut off here; copy it again, or end its last line if it is whole"),
+            ));
+        }
         if n <= self.columns.len() && n > 1 {
             return Ok(());
         }
@@ -145,15 +155,22 @@ impl<'r> Row<'r> {
     pub(super) fn time(&self, name: &str) -> Result<Option<UtcTime>, Wrong> {
         let Some(text) = self.cell(name) else { return Ok(None) };
         let told = |wrong: Wording| (name.to_owned(), wrong.with("text", shown(text)));
-        if text.matches(':').count() == 1 && !text.contains('+') {
+        let parsed = self.plain(text).parse();
+        if !has_seconds(text) && (parsed.is_ok() || text.contains(':')) {
             return Err(told(say(
                 "`{text}` has no seconds: a spreadsheet cut them; take the file as the receiver's program wrote it",
             )));
         }
-        self.plain(text).parse().map(Some).map_err(|_| {
+        parsed.map(Some).map_err(|_| {
             told(say("`{text}` is not a time such as 2026-11-21 08:00:00.125 (UTC) or 2026-11-21T09:00:00+01:00; take the file as the receiver's program wrote it"))
         })
     }
+}
+
+/// Whether a time has a clock with hours, minutes and seconds, after a date of ten letters and before an offset.
+fn has_seconds(text: &str) -> bool {
+    let clock = text.get(10..).unwrap_or_default();
+    clock.split(['+', '-']).next().is_some_and(|clock| clock.matches(':').count() == 2)
 }
 
 /// What every detection has is not there.

@@ -256,6 +256,10 @@ fn a_bad_row_is_told_by_its_line_its_column_and_what_to_do() {
         ("2026-11-01 08:00:01,VR2W-109924,A69-1303-1,,\n", "receiver", "add its deployment"),
         ("2026-11-21 08:00:01,VR2W-109924,A69-1303-1,,,,\n", "", "has 7 cells, the header 5"),
         ("2026-11-21 08:00:01,\"VR2W-109924,A69-1303-1,,\n", "", "never closed"),
+        ("2026-11-21,VR2W-109924,A69-1303-1,,\n", "date and time (utc)", "has no seconds"),
+        ("2026-11-21T08:00+01,VR2W-109924,A69-1303-1,,\n", "date and time (utc)", "has no seconds"),
+        ("2026-11-21 08:00:01,VR2W-109924,A69-1303-6", "", "the file is cut off here"),
+        ("2026-11-21 08:00:01,VR2W\"-1,A69\n2026-11-21 08:00:01,VR2W\"-1,A69\n", "", "joins lines"),
     ];
     for (row, column, text) in cases {
         let (line, of, told) = wrong(&format!("{VUE}{row}"));
@@ -286,6 +290,50 @@ fn a_file_that_is_not_a_table_of_detections_is_told_so() {
     let study = Study::default();
     let carriers = Carriers { system: None, address: &|_| Ok(7), study: &study };
     assert!(read_parquet(Bytes::from_static(b"PAR1 cut"), &carriers, &mut |_| Ok(())).is_err());
+}
+
+#[test]
+fn numbers_of_rows_in_a_column_without_a_name_are_no_values() {
+    // As R's write.csv and pandas write it.
+    let heads = [
+        "Date and Time UTC,TBR Serial Number,Unix Timestamp UTC,Millisecond,CodeType,Id,Data,Signal to Noise Ratio\n2026-11-21 08:00:01,109924,1795248001,250,R64K,77,-,31\n",
+        "Date and Time (UTC),Unix Timestamp (UTC),ID,Data,Protocol,SNR,Receiver\n2026-11-21 08:00:01.250,1795248001.250,77,9,S64K-69kHz,31,109924\n",
+        "Date and Time (UTC),Receiver,Transmitter\n2026-11-21 08:00:01,VR2W-109924,A69-1303-63366\n",
+        "datecollectedutc,receiver,tagname\n2026-11-21 08:00:01,109924,A69-9001-24395\n",
+    ];
+    for text in heads {
+        let numbered = text.replacen('\n', "\n7,", 1);
+        let (told, numbered) = read(format!("\"\",{numbered}").as_bytes(), None);
+        assert_eq!(told.wrong, [], "{text}");
+        let bare = |all: Vec<Detection>| {
+            all.into_iter().map(|one| Detection { raw: None, ..one }).collect::<Vec<_>>()
+        };
+        assert_eq!(bare(numbered), bare(read(text.as_bytes(), None).1));
+    }
+}
+
+#[test]
+fn a_place_is_that_of_the_station_that_is_named_and_whole() {
+    const HEAD: &str = "datecollected,receiver,tagname,timezone,latitude,longitude\n2026-11-21 08:00:01,109924,A69-9001-24395,";
+    let (_, all) = read(format!("{HEAD}GMT,,\n").as_bytes(), Some(0x7777));
+    assert_eq!(all[0].pose, None, "the register's place is another station's");
+    for (cells, column) in
+        [("UTC,63.4,\n", "longitude"), ("UTC,,10.4\n", "latitude"), ("CET,,\n", "timezone")]
+    {
+        assert_eq!(wrong(&format!("{HEAD}{cells}")).1, column, "{cells}");
+    }
+}
+
+#[test]
+fn our_own_row_that_a_spreadsheet_rounded_is_refused() {
+    let clock = ReceiverClock { seconds: 1_795_248_000, millis: 7, state: ClockState::Set };
+    let (_, all) =
+        read(b"Date and Time (UTC),Receiver,Transmitter\n2026-11-21 08:00:01,VR2W-109924,A69-9001-5\n", None);
+    let one = Detection { clock, ..all[0].clone() };
+    let table = String::from_utf8(written(LUTRA, Dialect::Plain, &[one])).unwrap();
+    let rounded = table.replacen(",1795248000.007,", ",1795248000,", 1);
+    assert_ne!(rounded, table);
+    assert!(wrong(&rounded).2.contains("names another detection"), "{}", wrong(&rounded).2);
 }
 
 #[test]
