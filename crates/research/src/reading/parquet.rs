@@ -1,10 +1,13 @@
 //! Our own table as Parquet, row by row.
+//!
+//! The library that reads it panics on some damaged files: that is caught here and is damage like any other.
 
 use super::row::{Columns, Row};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, FileReader as _, SerializedFileReader};
 use parquet::record::Field;
 use std::io;
+use std::panic::{self, AssertUnwindSafe};
 use units::UtcTime;
 
 /// The columns of a file.
@@ -12,10 +15,12 @@ use units::UtcTime;
 /// # Errors
 /// It is not a whole file of Parquet.
 pub(super) fn columns<R: ChunkReader + 'static>(input: &R) -> io::Result<Columns> {
-    let footer = parquet::file::metadata::ParquetMetaDataReader::new().parse_and_finish(input);
-    let footer = footer.map_err(|error| damaged(&error))?;
-    let fields = footer.file_metadata().schema().get_fields();
-    Ok(Columns::named(fields.iter().map(|field| field.name().to_owned()).collect()))
+    caught(|| {
+        let footer = parquet::file::metadata::ParquetMetaDataReader::new().parse_and_finish(input);
+        let footer = footer.map_err(|error| damaged(&error))?;
+        let fields = footer.file_metadata().schema().get_fields();
+        Ok(Columns::named(fields.iter().map(|field| field.name().to_owned()).collect()))
+    })
 }
 
 /// Hands over each row.
@@ -27,16 +32,24 @@ pub(super) fn each<R: ChunkReader + 'static>(
     columns: &Columns,
     take: &mut dyn FnMut(&Row<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let file = SerializedFileReader::new(input).map_err(|error| damaged(&error))?;
+    let file = caught(|| SerializedFileReader::new(input).map_err(|error| damaged(&error)))?;
+    let mut rows = caught(|| file.get_row_iter(None).map_err(|error| damaged(&error)))?;
     let mut values: Vec<String> = Vec::new();
     // The header of a CSV file is its line 1.
-    for (line, row) in (2..).zip(file.get_row_iter(None).map_err(|error| damaged(&error))?) {
-        let row = row.map_err(|error| damaged(&error))?;
+    for line in 2.. {
+        let Some(row) = caught(|| rows.next().transpose().map_err(|error| damaged(&error)))? else { break };
         values.clear();
         values.extend(row.get_column_iter().map(|(_, field)| text(field)));
         take(&Row::of_values(columns, line, &values))?;
     }
     Ok(())
+}
+
+/// Runs a step of the library. After a panic nothing of it is used any more.
+fn caught<T>(step: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
+    panic::catch_unwind(AssertUnwindSafe(step)).unwrap_or_else(|_| {
+        Err(damaged(&ParquetError::General("its pages contradict each other".to_owned())))
+    })
 }
 
 /// As a CSV file has it.
