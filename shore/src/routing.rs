@@ -6,6 +6,7 @@
 mod turns;
 
 mod objective;
+mod wrong;
 
 pub use objective::{aimed, power};
 
@@ -153,7 +154,7 @@ impl Question {
             place.map_err(|error| malformed(named(not_a_place(lat, lon, error))))
         };
         let needs = needs(&limits, ask.least_depth_m, ask.clearance_m);
-        needs.validate().map_err(|error| malformed(Said::as_is(error.to_string())))?;
+        needs.validate().map_err(|error| malformed(wrong::needs(error)))?;
         if needs.clearance_m > MOST_CLEARANCE_M {
             return Err(malformed(say("clearance_m: {asked} is more than {most} m; draw an area to avoid around what is to be kept away from").with("asked", needs.clearance_m).with("most", MOST_CLEARANCE_M)));
         }
@@ -172,7 +173,7 @@ impl Question {
         }
         let alternatives = usize::from(ask.alternatives);
         let request = Request { turn_radius_m: ask.turn_radius_m, alternatives, ..ends };
-        request.validate().map_err(|error| malformed(Said::as_is(error.to_string())))?;
+        request.validate().map_err(|error| malformed(wrong::needs(error)))?;
         let explain = ask.explain;
         Ok(Self { places, needs, request, limits, zones, objective, explain })
     }
@@ -344,7 +345,7 @@ fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zo
     }
     Zones::new(within, avoid, margin_m)
         .map(Some)
-        .map_err(|error| Said::as_is(error.to_string()).of_field("zones"))
+        .map_err(|error| wrong::zone(error).of_field("zones"))
 }
 
 fn zone(corners: &[[f64; 2]]) -> std::result::Result<Zone, Said> {
@@ -360,7 +361,7 @@ fn zone(corners: &[[f64; 2]]) -> std::result::Result<Zone, Said> {
         LatLon::from_deg(lat, lon).map_err(|error| Said::from(not_a_place(lat, lon, error)))
     };
     let corners = corners.iter().copied().map(place).collect::<std::result::Result<Vec<_>, _>>()?;
-    Zone::drawn(corners).map_err(|error| Said::as_is(error.to_string()))
+    Zone::drawn(corners).map_err(wrong::zone)
 }
 
 fn malformed(text: impl Into<Said>) -> Error {

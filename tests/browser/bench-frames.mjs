@@ -51,7 +51,7 @@ export function verdict(what, figure, goal, met) {
 /** Leads the map of a page round about while `work` goes on, as a hand would. */
 export async function panning(page, work) {
   await page.evaluate(() => {
-    const viewport = document.querySelector(".ol-viewport");
+    const viewport = document.querySelector(".map > .ol-viewport");
     const { left, top, width, height } = viewport.getBoundingClientRect();
     const send = (type, t) =>
       (type === "pointerdown" ? viewport : document).dispatchEvent(

@@ -60,6 +60,10 @@ await inBrowser(async (open) => {
   const section = page.getByRole("region", { name: "Importer en tabell" });
   await section.getByLabel("Fil").setInputFiles(table);
   await section.getByText("`x` is not a whole number").waitFor();
+  // Once they are here, what stands in English is said again.
+  await page.getByRole("button", { name: "Hjelp" }).click();
+  await section.getByText("`x` er ikke et helt tall").waitFor();
+  await page.keyboard.press("Escape");
   await section.getByLabel("Fil").setInputFiles(table);
   await section.getByText("`Salmon 13` finnes ikke i registeret (dyr); legg det inn i registeret først (dyr), eller la feltet stå tomt").waitFor();
   await section.getByText("`x` er ikke et helt tall").waitFor();

@@ -228,7 +228,7 @@ await inBrowser(async (open) => {
   await page.getByText(/bad.gpx was not imported: line 2: <rtept> needs lat within ±90/).waitFor();
   await bring("tour.gpx", `<gpx><wpt lat="1" lon="1"/><rte><name>&lt;b&gt;tour</name><rtept lat="63.44" lon="10.4"><name>a</name></rtept><rtept lat="63.45" lon="10.42"/></rte></gpx>`);
   await page.getByText("tour.gpx is imported as <b>tour, 2 maneuvers.").waitFor();
-  await page.getByText("1 way points besides routes and tracks were left out").waitFor();
+  await page.getByText("way points beside routes and tracks were left out: 1").waitFor();
   const row = page.getByRole("row", { name: /<b>tour/ });
   await row.waitFor();
   await look(page, "plans");

@@ -132,7 +132,7 @@ await inBrowser(async (open) => {
     for (;;) {
       const { state, problems } = await json(`/api/v1/import/${id}`);
       if (state === "done") break;
-      check(state === "running", `${state}: ${problems}`);
+      check(state === "running", `${state}: ${problems.map(({ text }) => text)}`);
       await page.waitForTimeout(100);
     }
     const states = (await json(`/api/v1/series?system=${DUNE}`)).filter((one) => one.message === "EstimatedState");

@@ -1,6 +1,6 @@
 // The words of Bokmål for the browser, divided by page: of the catalogue a page gets what its own scripts say, and what became
-// of orders. Why the server refused something, and what parts say that are loaded later, comes when it is first needed
-// (`src/words/nb.ts`).
+// of orders. What parts say that come after the map and STOP is fetched with them; why the server refused something, and what
+// parts say that few open, when it is first needed (`src/words/nb.ts`).
 
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
@@ -14,7 +14,7 @@ export const SHARED = ["import", "plans", "style"];
 /** Where what comes over the live sockets is worded: no request fails there, after which words could be fetched. */
 const OUTCOMES = /^crates\/(operations|hub)\/|^shore\/src\/(commands\/|router\/|error\.rs)|^server\/src\/(http\/(live|teleop)|web\/(error|guard))/;
 
-/** Parts that each of their pages loads by `soon`: their words come with the page's own. */
+/** Parts that each of their pages loads by `soon`, after what matters more; their words come just before them. */
 export const SOON = ["src/plot/plots.ts", "src/control/panel.ts"];
 
 /** The sources whose words are loaded with `sources`, by the metafile of a bundle. */
@@ -23,13 +23,14 @@ export function reached(inputs, sources) {
   const visit = (source) => {
     if (seen.has(source)) return;
     seen.add(source);
-    for (const { path, kind } of inputs[source]?.imports ?? []) if (kind !== "dynamic-import" || SOON.includes(path)) visit(path);
+    for (const { path, kind } of inputs[source]?.imports ?? []) if (kind !== "dynamic-import") visit(path);
   };
   sources.forEach(visit);
   return seen;
 }
 
-/** The texts of the catalogue by bundle: for each of {@link OWN} pages, those of `others`, and the `rest`. `source` of a page. */
+/** The texts of the catalogue by bundle: for each of {@link OWN} pages, those of `others`, of the parts that come `soon`, and the
+ * `rest`. `source` of a page. */
 export async function wordsByBundle(web, inputs, source) {
   const root = join(web, "..");
   const nb = JSON.parse(await readFile(join(root, "words/nb.json"), "utf8"));
@@ -38,29 +39,33 @@ export async function wordsByBundle(web, inputs, source) {
   const always = [...(await keysOfAlarms(root)), ...said.filter(([, where]) => OUTCOMES.test(where))];
   const words = (keys) => Object.fromEntries(keys.filter(([key]) => Object.hasOwn(nb, key)).map(([key]) => [key, nb[key]]));
   const first = reached(inputs, ["src/main.ts", ...[...OWN, ...SHARED].map(source)]);
+  const main = reached(inputs, ["src/main.ts"]);
+  const soon = reached(inputs, SOON);
   const ofPages = (pages) => {
     const sources = reached(inputs, ["src/main.ts", ...pages.map(source)]);
     return words([...scripts.filter(([, where]) => sources.has(where)), ...always]);
   };
-  return { ...Object.fromEntries(OWN.map((page) => [page, ofPages([page])])), others: ofPages(SHARED), rest: words([...said, ...scripts.filter(([, where]) => !first.has(where))]) };
+  return { ...Object.fromEntries(OWN.map((page) => [page, ofPages([page])])), others: ofPages(SHARED), soon: words(scripts.filter(([, where]) => soon.has(where) && !main.has(where))), rest: words([...said, ...scripts.filter(([, where]) => !first.has(where))]) };
 }
 
-/** For esbuild: `lutra:nb/NAME` says the words of that bundle, `lutra:words/NAME` holds them; those of the rest are a file. */
+/** For esbuild: `lutra:nb/NAME` says the words of that bundle, `lutra:words/NAME` holds them; those that are fetched later are files. */
 export function wordsPlugin(web, bundles) {
   return {
     name: "words",
     setup({ onResolve, onLoad }) {
-      onResolve({ filter: /^lutra:(nb|words|rest)\// }, ({ path }) => ({ path, namespace: "lutra" }));
+      onResolve({ filter: /^lutra:(nb|words|later)\// }, ({ path }) => ({ path, namespace: "lutra" }));
       onLoad({ filter: /^lutra:nb\//, namespace: "lutra" }, ({ path }) => ({
         contents: `import { fetched, speak } from "./src/words/nb";
 import words from "${path.replace("nb", "words")}";
-import rest from "lutra:rest/nb-rest.json";
-speak(words, () => fetched(new URL(rest, import.meta.url)));`,
+import soon from "lutra:later/nb-soon.json";
+import rest from "lutra:later/nb-rest.json";
+const [ofSoon, ofRest] = [soon, rest].map((file) => () => fetched(new URL(file, import.meta.url)));
+speak(words, ofSoon, ofRest);`,
         loader: "ts",
         resolveDir: web,
       }));
       onLoad({ filter: /^lutra:words\//, namespace: "lutra" }, ({ path }) => ({ contents: JSON.stringify(pack(bundles[path.slice("lutra:words/".length)])), loader: "json" }));
-      onLoad({ filter: /^lutra:rest\//, namespace: "lutra" }, () => ({ contents: JSON.stringify(pack(bundles.rest)), loader: "file" }));
+      onLoad({ filter: /^lutra:later\//, namespace: "lutra" }, ({ path }) => ({ contents: JSON.stringify(pack(bundles[/nb-(\w+)/.exec(path)[1]])), loader: "file" }));
     },
   };
 }

@@ -2,6 +2,7 @@
 
 import { createChrome } from "./ui/chrome";
 import { offerCopies } from "./ui/copy";
+import { tellLanguage } from "./ui/language";
 
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 const [detections, data] = [document.getElementById("detections"), document.getElementById("data")];
@@ -45,6 +46,8 @@ if (fleet) {
   const plans = document.getElementById("plans");
   if (plans) void import("./pages/plans").then(({ startPlans }) => startPlans(plans));
 }
+
+tellLanguage();
 
 // Only where the way to the server is encrypted, or within this computer, does a browser have it.
 navigator.serviceWorker?.register("/worker.js").catch(() => undefined);

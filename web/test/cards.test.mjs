@@ -71,7 +71,7 @@ test("nothing old looks fresh on a card", () => {
 test("a card of a vessel that nobody heard says so, and an alarm comes before the state of parts", () => {
   const system = { address: 1, name: "new", kind: null, liveness: "lost", heard_us: 0, transports: [], fix: null, entities: {} };
   const card = cardOf(listed({ system, placeS: null, vitals: vitals(new Map(), new Map(), 5e6), parts: { text: "state of its parts unknown", bad: false } }), 5e6, true);
-  assert.deepEqual([card.link, card.heard, card.doing.text, card.battery.text, card.speed.text, card.place.text], ["○ not heard", "not heard since the server started", "State not reported", "not reported", "—", "no position"]);
+  assert.deepEqual([card.link, card.heard, card.doing.text, card.battery.text, card.speed.text, card.place.text], ["○ not heard", "not heard since the server started", "State not reported", "—", "—", "no position"]);
   assert.ok(card.worst.quiet);
   const loud = cardOf(listed({ alarm: { priority: "emergency", says: [], text: "Grounding" } }), 5e6, true);
   assert.deepEqual(loud.worst, { text: "◆ emergency: Grounding", quiet: false });

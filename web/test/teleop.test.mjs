@@ -9,8 +9,10 @@ import { mkdtemp } from "node:fs/promises";
 
 const folder = await mkdtemp(join(tmpdir(), "lutra-teleop-"));
 const outfile = join(folder, "teleop.mjs");
-await build({ entryPoints: ["src/state/teleop.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { guardOf, isNeutral, limited, offNeutral, ofKeys, ofPad, PadLife, padText, ofTouch, standing, tripText, Vigil, VIGIL_MS, vigilText } = await import(outfile);
+const guardfile = join(folder, "guard.mjs");
+for (const [one, file] of [["teleop", outfile], ["guard", guardfile]]) await build({ entryPoints: [`src/state/${one}.ts`], bundle: true, format: "esm", outfile: file, logLevel: "warning" });
+const { guardOf } = await import(guardfile);
+const { isNeutral, limited, offNeutral, ofKeys, ofPad, PadLife, padText, ofTouch, standing, tripText, Vigil, VIGIL_MS, vigilText } = await import(outfile);
 
 const told = (more) => ({ stamp_us: 1, phase: "locked", why: "", remedy: "", round_trip_ms: 40, with_vessel: true, slow: false, cap: 1, ...more });
 

@@ -158,23 +158,62 @@ test("a text within a text has its own words, and what has none stays as it is",
   }
 });
 
-test("words that failed to load are asked for again", async () => {
+/** Bokmål as a page has it: its own words, those that come soon, and the rest. */
+async function speaking(t, soon, rest) {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  t.after(() => {
+    for (const name of ["lutraWords", "lutraSoonWords", "lutraMoreWords", "lutraMissed"]) delete globalThis[name];
+  });
   const outfile = join(await mkdtemp(join(tmpdir(), "lutra-speak-")), "nb.mjs");
   await build({ entryPoints: [join(web, "src/words/nb.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
-  const { speak } = await import(outfile);
-  const answers = [() => Promise.reject(new TypeError("no network")), () => Promise.resolve(pack({ "{n} note.": "{n} notat." }))];
+  (await import(outfile)).speak(pack({ Vessel: "Fartøy" }), soon, rest);
+}
+
+const failing = () => Promise.reject(new TypeError("no network"));
+
+test("words that failed to load are asked for at the next need", async (t) => {
+  const answers = [failing, () => Promise.resolve(pack({ "{n} note.": "{n} notat." }))];
   let asked = 0;
-  speak(pack({ Vessel: "Fartøy" }), () => answers[asked++]());
-  try {
-    await globalThis.lutraMoreWords();
-    assert.deepEqual(["Vessel", "{n} note."].map(globalThis.lutraWords), ["Fartøy", undefined]);
-    await Promise.all([globalThis.lutraMoreWords(), globalThis.lutraMoreWords()]);
-    assert.equal(globalThis.lutraWords("{n} note."), "{n} notat.");
-    await globalThis.lutraMoreWords();
-    assert.equal(asked, 2, "each file is fetched once");
-  } finally {
-    delete globalThis.lutraWords;
-    delete globalThis.lutraMoreWords;
+  await speaking(t, failing, () => answers[asked++]());
+  await globalThis.lutraMoreWords();
+  assert.deepEqual(["Vessel", "{n} note."].map(globalThis.lutraWords), ["Fartøy", undefined]);
+  await Promise.all([globalThis.lutraMoreWords(), globalThis.lutraMoreWords()]);
+  assert.equal(globalThis.lutraWords("{n} note."), "{n} notat.");
+  await globalThis.lutraMoreWords();
+  assert.equal(asked, 2, "each file is fetched once");
+});
+
+test("words that failed to load are asked for by themselves, ever later", async (t) => {
+  let asked = 0;
+  await speaking(t, () => (++asked > 2 ? Promise.resolve(pack({ "Add a field": "Legg til felt" })) : failing()), failing);
+  await globalThis.lutraSoonWords();
+  const settled = async () => { for (let turn = 0; turn < 8; turn++) await undefined; };
+  for (const [after, wanted] of [[4_999, 1], [1, 2], [9_999, 2], [1, 3], [100_000, 3]]) {
+    t.mock.timers.tick(after);
+    await settled();
+    assert.equal(asked, wanted, `${after} ms later`);
+  }
+  assert.equal(globalThis.lutraWords("Add a field"), "Legg til felt");
+});
+
+test("texts that were said in English are said again once their words are here", async () => {
+  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-reword-")), "reword.mjs");
+  await build({ entryPoints: [join(web, "src/words/reword.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
+  const reworder = new (await import(outfile)).Reworder();
+  reworder.missed("there are 3 tags", () => "det er 3 merker");
+  reworder.missed("there are 3 tags; at most 2 are allowed", () => "det er 3 merker; høyst 2 er tillatt");
+  reworder.missed("land", () => "land (no)");
+  reworder.missed("the disk is full", () => "the disk is full");
+  for (const [before, wanted] of [
+    ["there are 3 tags", "det er 3 merker"],
+    ["Ikke lagret: there are 3 tags.", "Ikke lagret: det er 3 merker."],
+    ["x: there are 3 tags; at most 2 are allowed", "x: det er 3 merker; høyst 2 er tillatt"],
+    ["land", "land (no)"],
+    ["iceland", "iceland"],
+    ["the disk is full", "the disk is full"],
+    ["something else", "something else"],
+  ]) {
+    assert.equal(reworder.said(before), wanted);
   }
 });
 

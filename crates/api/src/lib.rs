@@ -105,7 +105,7 @@ pub use table::{
     TableSeriesQuery,
 };
 pub use teleop::{TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop};
-pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
+pub use transfer::{ExportQuery, Import, ImportNote, ImportQuery, ImportState, LogQuery};
 pub use vessel_reports::{
     EntityReport, ParameterAbout, ParameterReport, PlanUnderWay, RouteLeg, VesselParameters, VesselQuery,
     VesselQuerySent,

@@ -2,7 +2,7 @@
 //!
 //! Places are degrees, WGS 84; bearings degrees clockwise from north. A plan's name is its name aboard.
 
-use crate::Guard;
+use crate::{Guard, ImportNote};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::{IntoParams, ToSchema};
@@ -292,8 +292,8 @@ pub struct PlanRevision {
 pub struct ImportedPlan {
     /// The stored plan.
     pub stored: StoredPlan,
-    /// Parts of the file that were left out.
-    pub notes: Vec<String>,
+    /// Parts of the file that were left out, and what is odd.
+    pub notes: Vec<ImportNote>,
 }
 
 /// Which state of a plan.

@@ -1,5 +1,6 @@
 //! Taking data out and bringing it in: exports and imports.
 
+use crate::{Said, Wording};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -101,7 +102,50 @@ pub struct Import {
     #[cfg_attr(test, ts(type = "number"))]
     pub damaged_bytes: u64,
     /// What is wrong with the log, and what to do about it.
-    pub problems: Vec<String>,
+    pub problems: Vec<ImportNote>,
+}
+
+/// Something about an imported file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(from = "Kept")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ImportNote {
+    /// What, in English.
+    pub text: String,
+    /// Of what pages make `text` in their reader's language; absent where it is English only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub says: Option<Wording>,
+}
+
+impl From<Said> for ImportNote {
+    fn from(said: Said) -> Self {
+        let (text, says) = said.into_parts();
+        Self { text, says }
+    }
+}
+
+/// As lists of imports keep it, those of earlier versions too.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Kept {
+    /// By an earlier version.
+    Text(String),
+    /// With its wording.
+    Said {
+        text: String,
+        #[serde(default)]
+        says: Option<Wording>,
+    },
+}
+
+impl From<Kept> for ImportNote {
+    fn from(kept: Kept) -> Self {
+        match kept {
+            Kept::Text(text) => Self { text, says: None },
+            Kept::Said { text, says } => Self { text, says },
+        }
+    }
 }
 
 /// The state of an import.

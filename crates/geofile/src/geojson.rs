@@ -4,7 +4,7 @@
 //! Coordinates are longitude first; heights are ignored. Another coordinate system than WGS 84 is refused, for then
 //! every position would be wrong.
 
-use crate::{Geometry, MOST_POSITIONS, Polygon, Position, Shape, Shapes, tidy};
+use crate::{Geometry, LeftOut, MOST_POSITIONS, Polygon, Position, Shape, Shapes, tidy};
 use serde_json::{Map, Value, json};
 
 /// Why a text is not GeoJSON of the wanted kind.
@@ -144,7 +144,7 @@ impl Reader {
                 let own = value.get("properties").and_then(Value::as_object);
                 match value.get("geometry") {
                     None | Some(Value::Null) => {
-                        self.shapes.notes.push(format!("{place} has no geometry and was left out"));
+                        self.shapes.notes.push(LeftOut::NoGeometry(place.to_owned()));
                         Ok(())
                     }
                     Some(geometry) => self.object(geometry, place, own),

@@ -5,7 +5,7 @@
 //! The points of routes come before stand-alone way points, which are often mere marks. Elevations, times and
 //! extensions are ignored. A document type is refused: GPX has none, and entities could blow a file up.
 
-use crate::{Geometry, MOST_POSITIONS, Position, Shape, Shapes, tidy};
+use crate::{Geometry, LeftOut, MOST_POSITIONS, Position, Shape, Shapes, tidy};
 use quick_xml::Reader;
 use quick_xml::escape::{escape, resolve_predefined_entity};
 use quick_xml::events::{BytesStart, Event};
@@ -267,10 +267,7 @@ impl Found {
             self.marks
         } else {
             if !self.marks.is_empty() {
-                notes.push(format!(
-                    "{} way points besides routes and tracks were left out as mere marks",
-                    self.marks.len()
-                ));
+                notes.push(LeftOut::Marks(self.marks.len()));
             }
             self.shapes
         };

@@ -13,6 +13,7 @@ pub mod geojson;
 pub mod gpx;
 
 use serde_json::{Map, Value};
+use std::fmt;
 
 /// Most positions of a file.
 pub const MOST_POSITIONS: usize = 50_000;
@@ -68,8 +69,28 @@ pub struct Shapes {
     pub properties: Map<String, Value>,
     /// Its shapes, in their order.
     pub shapes: Vec<Shape>,
-    /// Parts that were left out, for people.
-    pub notes: Vec<String>,
+    /// Parts that were left out.
+    pub notes: Vec<LeftOut>,
+}
+
+/// A part of a file that is not among its shapes; as a text in English.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LeftOut {
+    /// So many way points of GPX beside routes and tracks: mere marks.
+    Marks(usize),
+    /// The feature at this place of GeoJSON has no geometry.
+    NoGeometry(String),
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Marks(count) => {
+                write!(f, "way points beside routes and tracks were left out: {count}")
+            }
+            Self::NoGeometry(place) => write!(f, "{place} has no geometry and was left out"),
+        }
+    }
 }
 
 /// A name as it is kept: without control characters and blanks around it, not too long.

@@ -9,9 +9,9 @@ use units::LatLon;
 /// Values lie so far outside an axis only by rounding.
 const ROUNDING: f64 = 1e-9;
 /// Faster currents than this are taken for a mistake in the file (m/s).
-const MOST_MPS: f32 = 15.0;
+pub const MOST_CURRENT_MPS: f32 = 15.0;
 /// Most values of a grid for each component: such a grid takes 32 MiB.
-const MOST_VALUES: usize = 4 << 20;
+pub const MOST_GRID_VALUES: usize = 4 << 20;
 
 /// Where water flows to, and how fast.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -145,11 +145,11 @@ pub enum CurrentGridError {
     },
     /// Too many values.
     #[error(
-        "the grid has {0} values; up to {MOST_VALUES} are read: cut it to the area and the time of the route"
+        "the grid has {0} values; up to {MOST_GRID_VALUES} are read: cut it to the area and the time of the route"
     )]
     Large(usize),
     /// A speed that is too fast for a current.
-    #[error("{component}: value {number} is {found} m/s; up to {MOST_MPS} m/s is taken: give m/s")]
+    #[error("{component}: value {number} is {found} m/s; up to {MOST_CURRENT_MPS} m/s is taken: give m/s")]
     Speed {
         /// Which component.
         component: &'static str,
@@ -211,7 +211,7 @@ impl CurrentGrid {
         }
         let (times, lats, lons) = (times_s.len(), lats_deg.len(), lons_deg.len());
         let needed = times.saturating_mul(lats).saturating_mul(lons);
-        if needed > MOST_VALUES {
+        if needed > MOST_GRID_VALUES {
             return Err(CurrentGridError::Large(needed));
         }
         for (component, values) in [("to the east", east_mps), ("to the north", north_mps)] {
@@ -219,7 +219,7 @@ impl CurrentGrid {
             if found != needed {
                 return Err(CurrentGridError::Count { component, found, times, lats, lons, needed });
             }
-            if let Some(at) = values.iter().position(|value| value.abs() > MOST_MPS) {
+            if let Some(at) = values.iter().position(|value| value.abs() > MOST_CURRENT_MPS) {
                 return Err(CurrentGridError::Speed { component, number: at + 1, found: values[at] });
             }
         }

@@ -79,7 +79,7 @@ mod weighing;
 mod zones;
 
 pub use cancel::{Cancel, Progress};
-pub use currents::{CurrentGrid, CurrentGridError, Currents, Flow};
+pub use currents::{CurrentGrid, CurrentGridError, Currents, Flow, MOST_CURRENT_MPS, MOST_GRID_VALUES};
 pub use needs::{Needs, NeedsError};
 pub use objective::{Aim, LegCost, Objective, Power, Preferences, SpeedLimit};
 pub use passable::{Passable, PassableGap};
@@ -90,4 +90,4 @@ pub use route::{Moved, Request, Route, RouteLeg};
 pub use router::Router;
 pub use search::Effort;
 pub use turns::{Turn, TurnTrouble};
-pub use zones::{Zone, ZoneError, Zones};
+pub use zones::{MOST_BORDER_KM, MOST_MARGIN_M, Zone, ZoneError, Zones};

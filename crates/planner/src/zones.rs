@@ -10,10 +10,10 @@ use charts::depth_index::Leg;
 use units::{LatLon, wrap_pi};
 
 /// Farthest that ways can be asked to keep from borders (m).
-const MOST_MARGIN_M: f64 = 10_000.0;
+pub const MOST_MARGIN_M: f64 = 10_000.0;
 
 /// Longest border of a zone that people draw (km): it is cut into pieces, which all take room and time.
-const MOST_BORDER_KM: f64 = 1_000.0;
+pub const MOST_BORDER_KM: f64 = 1_000.0;
 
 /// Why some places are no zone.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

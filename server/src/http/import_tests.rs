@@ -138,12 +138,12 @@ async fn a_damaged_log_gives_what_it_has_and_says_what_is_wrong() {
     damaged.truncate(damaged.len() - 5);
     let import = ended(&shore, &token, &upload(&shore, &token, "%3Cb%3E.lsf", damaged).await).await;
     assert_eq!((import.state, import.added), (ImportState::Done, 98), "{import:?}");
-    assert!(import.problems[0].starts_with("<b>.lsf: damaged"), "{import:?}");
+    assert!(import.problems[0].text.starts_with("<b>.lsf: damaged"), "{import:?}");
     let cut = gzip(&log(50_000));
     let import =
         ended(&shore, &token, &upload(&shore, &token, "c.gz", cut[..cut.len() / 2].to_vec()).await).await;
     assert!(
-        import.added > 1_000 && import.problems.iter().any(|text| text.starts_with("c.gz: ")),
+        import.added > 1_000 && import.problems.iter().any(|one| one.text.starts_with("c.gz: ")),
         "{import:?}"
     );
 }
@@ -194,7 +194,7 @@ async fn a_small_upload_that_unpacks_to_too_much_is_given_up_in_time() {
     assert!(bomb.len() < 1 << 20, "{} bytes", bomb.len());
     let import = ended(&shore, &token, &upload(&shore, &token, "bomb.lsf.gz", bomb).await).await;
     assert_eq!(import.state, ImportState::Failed);
-    assert!(import.problems[0].contains("max_unpacked_mib"), "{import:?}");
+    assert!(import.problems[0].text.contains("max_unpacked_mib"), "{import:?}");
     assert!(import.read_bytes < 3 << 20, "{import:?}");
     assert!(is_clean(&shore));
 }
@@ -213,7 +213,7 @@ async fn an_import_is_cancelled_and_the_list_outlives_the_server() {
     assert_eq!(cancelled.status, StatusCode::OK, "{}", cancelled.body);
     let import = ended(&shore, &token, &answer).await;
     assert_eq!(import.state, ImportState::Cancelled, "{import:?}");
-    assert!(import.problems[0].starts_with("cancelled by person"), "{import:?}");
+    assert!(import.problems[0].text.starts_with("cancelled by person"), "{import:?}");
     assert!(import.read_bytes < 40 << 20 && is_clean(&shore));
     let late = shore.send(bearer(Request::post(&cancel), &token), Body::empty()).await;
     assert_eq!((late.status, late.body.contains("import_ended")), (StatusCode::CONFLICT, true));
@@ -237,7 +237,7 @@ async fn an_import_is_cancelled_and_the_list_outlives_the_server() {
     std::fs::write(&path, serde_json::to_vec(&list).unwrap()).unwrap();
     let again = Imports::new(&shore.state.config.shore(), shore.state.shore.clock.clone()).all();
     assert_eq!((again[1].clone(), again[0].state), (import, ImportState::Failed));
-    assert!(again[0].problems[0].contains("the server ended meanwhile"), "{again:?}");
+    assert!(again[0].problems[0].text.contains("the server ended meanwhile"), "{again:?}");
 }
 
 #[tokio::test]

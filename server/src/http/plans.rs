@@ -235,7 +235,7 @@ pub(crate) async fn import(
         refused(say("{file} was not imported: {text}").with("file", told).with_said("text", text))
     })?;
     let stored = keep_new(&state, &who, remote, "plan.import", plan).await?;
-    Ok(Json(ImportedPlan { stored, notes }))
+    Ok(Json(ImportedPlan { stored, notes: notes.into_iter().map(Into::into).collect() }))
 }
 
 async fn keep_new(

@@ -5,7 +5,7 @@
 
 use crate::clock::Clock;
 use crate::recorder::Recorder;
-use api::{Import, ImportState};
+use api::{Fixed, Import, ImportNote, ImportState, Said, fixed, say};
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -27,7 +27,7 @@ const GARBAGE_BYTES: u64 = 256 << 20;
 /// How long an import waits before it checks again whether the history is complete.
 const AGAIN: Duration = Duration::from_millis(500);
 /// Status while it waits.
-const WAITS: &str = "waits until the history is made again from the archive";
+const WAITS: Fixed = fixed("waits until the history is made again from the archive");
 /// Free disk space that uploads must leave for recording.
 pub const RESERVED_BYTES: u64 = 512 << 20;
 
@@ -67,7 +67,7 @@ struct Running {
 /// Why an import ended before the end of its log.
 enum Broken {
     /// An error, or the server ends.
-    Off(String),
+    Off(Said),
     /// A user cancelled it.
     Cancelled,
 }
@@ -311,21 +311,19 @@ impl Job {
         };
         tracing::info!(name = %self.name, ?state, "an upload was imported");
         // The next upload is possible as soon as this one is reported as finished.
-        let Self { imports, id, name, upload, .. } = self;
-        let path = upload.path.display().to_string();
+        let Self { imports, id, upload, .. } = self;
         drop(upload);
         let by = imports.list().running.remove(&id).and_then(|running| running.by);
         imports.change(id, |import| {
-            import.problems.retain(|problem| problem != WAITS);
-            match outcome {
-                Ok(()) => {}
-                Err(Broken::Off(error)) => {
-                    import.problems.push(format!("{}; {REST}", error.replace(&path, &name)));
-                }
+            import.problems.retain(|problem| problem.text != *WAITS);
+            let ended = match outcome {
+                Ok(()) => None,
+                Err(Broken::Off(error)) => Some(error),
                 Err(Broken::Cancelled) => {
-                    import.problems.push(format!("cancelled by {}; {REST}", by.unwrap_or_default()));
+                    Some(say("cancelled by {name}").with("name", by.unwrap_or_default()).into())
                 }
-            }
+            };
+            import.problems.extend(ended.map(with_rest));
             import.state = state;
         });
         tokio::task::spawn_blocking(move || imports.keep()).await.ok();
@@ -333,7 +331,7 @@ impl Job {
 
     /// Slice after slice.
     async fn read(&self, recorder: &Recorder, stop: &CancellationToken) -> Result<(), Broken> {
-        let stopping = || Broken::Off("the server was stopped".to_owned());
+        let stopping = || Broken::Off(say("the server was stopped").into());
         let mut log = loop {
             let path = self.upload.path.clone();
             let now = self.imports.shared.clock.utc();
@@ -341,7 +339,7 @@ impl Job {
             match begin.await.ok_or_else(stopping)? {
                 Ok(log) => break log,
                 Err(StoreError::Behind(_)) => self.wait(stop).await?,
-                Err(error) => return Err(Broken::Off(told(&error))),
+                Err(error) => return Err(Broken::Off(self.told(&error))),
             }
         };
         loop {
@@ -357,14 +355,14 @@ impl Job {
                 Ok(true) => self.bounded(&log)?,
                 Ok(false) => return self.bounded(&log),
                 Err(StoreError::Behind(_)) => self.wait(stop).await?,
-                Err(error) => return Err(Broken::Off(told(&error))),
+                Err(error) => return Err(Broken::Off(self.told(&error))),
             }
         }
     }
 
     fn may_go_on(&self, stop: &CancellationToken) -> Result<(), Broken> {
         if stop.is_cancelled() {
-            return Err(Broken::Off("the server was stopped".to_owned()));
+            return Err(Broken::Off(say("the server was stopped").into()));
         }
         if self.cancel.is_cancelled() { Err(Broken::Cancelled) } else { Ok(()) }
     }
@@ -372,8 +370,8 @@ impl Job {
     /// Waits until the history is complete: duplicates are detected by it.
     async fn wait(&self, stop: &CancellationToken) -> Result<(), Broken> {
         self.imports.change(self.id, |import| {
-            if !import.problems.iter().any(|problem| problem == WAITS) {
-                import.problems.push(WAITS.to_owned());
+            if !import.problems.iter().any(|problem| problem.text == *WAITS) {
+                import.problems.push(Said::from(WAITS).into());
             }
         });
         tokio::select! {
@@ -386,46 +384,59 @@ impl Job {
 
     /// Limits the unpacked size: a small compressed file can unpack to very much.
     fn bounded(&self, log: &LogImport) -> Result<(), Broken> {
-        let off = |text: String| Err(Broken::Off(text));
+        let off = |text: Said| Err(Broken::Off(text));
         if log.imported().damaged_bytes > GARBAGE_BYTES {
             let most = GARBAGE_BYTES >> 20;
-            return off(format!(
-                "more than {most} MiB of it are not packets; `lutra-server import` takes it nevertheless"
-            ));
+            let text = say("more than {most} MiB of it are not packets; `lutra-server import` takes it nevertheless");
+            return off(text.with("most", most).into());
         }
         let most = self.imports.shared.most_bytes;
         if log.read_bytes() > most {
-            return off(format!(
-                "it unpacks to more than {} MiB (http.max_unpacked_mib); `lutra-server import` takes it nevertheless",
-                most >> 20
-            ));
+            let text = say(
+                "it unpacks to more than {most} MiB (http.max_unpacked_mib); `lutra-server import` takes it nevertheless",
+            );
+            return off(text.with("most", most >> 20).into());
         }
         match self.upload.room_bytes() {
-            Ok(0) => off(format!(
-                "the disk is full up to the {} MiB that are kept for recording",
-                RESERVED_BYTES >> 20
-            )),
+            Ok(0) => off(say("the disk is full up to the {most} MiB that are kept for recording")
+                .with("most", RESERVED_BYTES >> 20)
+                .into()),
             Ok(_) => Ok(()),
-            Err(error) => off(told(&error)),
+            Err(error) => off(self.told(&error)),
         }
     }
 
     fn tell(&self, log: &LogImport) {
         let imported = log.imported();
-        let path = self.upload.path.display().to_string();
         self.imports.change(self.id, |import| {
             import.read_bytes = log.read_bytes();
             import.packets = imported.packets;
             import.added = imported.added;
             import.damaged_bytes = imported.damaged_bytes;
-            // Show the name that the user gave, not the path on the server.
-            import.problems = imported.problems.iter().map(|text| text.replace(&path, &self.name)).collect();
+            import.problems = imported.problems.iter().map(|text| self.named(text).into()).collect();
         });
+    }
+
+    fn told(&self, error: &StoreError) -> Said {
+        let error_is = self.named(&error.to_string());
+        if error.is_disk_full() {
+            let text = say("the disk is full: make room, or remove old history ({error})");
+            return text.with_said("error", error_is).into();
+        }
+        error_is
+    }
+
+    /// What the store says, with the name that the user gave in place of the path on the server.
+    fn named(&self, text: &str) -> Said {
+        Said::as_is(text.replace(&self.upload.path.display().to_string(), &self.name))
     }
 }
 
-/// Remedy for a log that was not read to its end.
-const REST: &str = "what was read before stays; upload it again for the rest";
+/// Why a log was not read to its end, with the remedy.
+fn with_rest(why: Said) -> ImportNote {
+    let text = say("{why}; what was read before stays; upload it again for the rest");
+    Said::from(text.with_said("why", why)).into()
+}
 
 /// The list of an earlier run; imports that ran then are marked as interrupted.
 fn read_list(path: &Path) -> VecDeque<Import> {
@@ -439,16 +450,9 @@ fn read_list(path: &Path) -> VecDeque<Import> {
         VecDeque::new()
     });
     for import in imports.iter_mut().filter(|import| import.state == ImportState::Running) {
-        import.problems.retain(|problem| problem != WAITS);
-        import.problems.push(format!("the server ended meanwhile; {REST}"));
+        import.problems.retain(|problem| problem.text != *WAITS);
+        import.problems.push(with_rest(say("the server ended meanwhile").into()));
         import.state = ImportState::Failed;
     }
     imports
-}
-
-fn told(error: &StoreError) -> String {
-    if error.is_disk_full() {
-        return format!("the disk is full: make room, or remove old history ({error})");
-    }
-    error.to_string()
 }

@@ -117,14 +117,17 @@ pub fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, Sa
 }
 
 /// Problems and warnings of an imported plan, as text.
-pub(crate) fn told(plan: &PlanSpecification) -> Vec<String> {
+pub(crate) fn told(plan: &PlanSpecification) -> Vec<Said> {
     let settings = Settings::otter("shore", Address(0));
     match onboard::checked_plan(plan, &settings) {
         Ok(checked) => {
             let odd = checked.warnings().iter().filter(|warning| **warning != PlanWarning::Cycle);
-            odd.map(ToString::to_string).collect()
+            odd.map(|warning| said(&of_warning(warning))).collect()
         }
-        Err(problems) => problems.0.iter().map(ToString::to_string).collect(),
+        Err(problems) => {
+            let speed = &settings.mission.limits.speed;
+            problems.0.iter().map(|problem| said(&of_problem(problem, speed))).collect()
+        }
     }
 }
 

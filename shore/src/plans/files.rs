@@ -3,8 +3,8 @@
 use super::check::{places, told};
 use super::translate::{document, specification};
 use super::trouble::said;
-use super::unread::{no_geojson, no_gpx};
-use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, PlanTrouble, Said, SpeedUnit, say};
+use super::unread::{left_out, no_geojson, no_gpx};
+use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, Said, SpeedUnit, say};
 use geofile::geojson::GeoJsonError;
 use geofile::{Geometry, Position, Shape, Shapes, geojson, gpx};
 use imc::messages::Message;
@@ -56,7 +56,7 @@ impl Format {
 pub fn write(plan: &PlanDocument, format: Format) -> Result<String, Said> {
     match format {
         Format::Imc => {
-            let plan = specification(plan).map_err(|troubles| words(&troubles))?;
+            let plan = specification(plan).map_err(|troubles| lines(troubles.iter().map(said).collect()))?;
             imc::json::message_to_string(&plan.into()).map_err(|error| Said::as_is(error.to_string()))
         }
         Format::GeoJson => Ok(geojson::write(&shapes(plan))),
@@ -64,11 +64,11 @@ pub fn write(plan: &PlanDocument, format: Format) -> Result<String, Said> {
     }
 }
 
-/// Reads a plan in any of the formats; `file` is the file's name. Returns the plan and warnings about what was left out.
+/// Reads a plan in any of the formats; `file` is the file's name. Returns the plan, what was left out of it and what is odd.
 ///
 /// # Errors
 /// It is not valid; the error gives the position.
-pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), Said> {
+pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<Said>), Said> {
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
     let (mut plan, notes) = match start.first() {
         Some(b'<') => gpx::read(bytes).map_err(no_gpx).and_then(from_shapes)?,
@@ -82,7 +82,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), Sai
     Ok((plan, notes))
 }
 
-fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<String>), Said> {
+fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<Said>), Said> {
     let mut value: Value =
         serde_json::from_slice(bytes).map_err(|error| no_geojson(GeoJsonError::Json(error.to_string())))?;
     let Some(object) = value.as_object_mut().filter(|object| object.contains_key("abbrev")) else {
@@ -92,7 +92,7 @@ fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<String>), Said> {
     object.retain(|key, _| !matches!(key.as_str(), "header" | "endian"));
     match imc::json::message_from_value(&value).map_err(|error| Said::as_is(error.to_string()))? {
         Message::PlanSpecification(plan) => {
-            let (document, mut notes) = document(&plan).map_err(|troubles| words(&troubles))?;
+            let (document, mut notes) = document(&plan).map_err(lines)?;
             notes.extend(told(&plan));
             Ok((document, notes))
         }
@@ -127,7 +127,7 @@ fn shapes(plan: &PlanDocument) -> Shapes {
     }
 }
 
-fn from_shapes(file: Shapes) -> Result<(PlanDocument, Vec<String>), Said> {
+fn from_shapes(file: Shapes) -> Result<(PlanDocument, Vec<Said>), Said> {
     let mut maneuvers = Vec::with_capacity(file.shapes.len());
     for (shape, number) in file.shapes.into_iter().zip(1..) {
         let step = step(shape)
@@ -145,7 +145,7 @@ fn from_shapes(file: Shapes) -> Result<(PlanDocument, Vec<String>), Said> {
         repeat: file.properties.get("repeat").and_then(Value::as_bool).unwrap_or_default(),
         maneuvers,
     };
-    Ok((plan, file.notes))
+    Ok((plan, file.notes.iter().map(left_out).collect()))
 }
 
 /// A maneuver; of foreign features a point becomes a Goto and a line a FollowPath.
@@ -215,8 +215,8 @@ fn cut(text: &str, bytes: usize) -> &str {
 }
 
 /// Problems, each on a line.
-fn words(troubles: &[PlanTrouble]) -> Said {
+fn lines(troubles: Vec<Said>) -> Said {
     let more = troubles.len().saturating_sub(PROBLEMS);
     let more = (more > 0).then(|| say("and {more} more").with("more", more).into());
-    Said::lines(troubles.iter().take(PROBLEMS).map(said).chain(more))
+    Said::lines(troubles.into_iter().take(PROBLEMS).chain(more))
 }

@@ -260,10 +260,10 @@ fn foreign_plans_are_taken_in_the_order_they_are_sailed_or_refused() {
     assert_eq!((ids, plan.repeat), (vec!["a", "c"], false));
     assert_eq!(notes, ["b: never reached in the plan, left out"]);
     assert!(three(&[("a", "b"), ("b", "c"), ("c", "a")]).unwrap().0.repeat);
-    assert!(three(&[("a", "b"), ("b", "c"), ("c", "b")]).unwrap_err()[0].text.contains("goes back to 'b'"));
-    assert!(three(&[("a", "z")]).unwrap_err()[0].text.contains("'z', which does not exist"));
+    assert!(three(&[("a", "b"), ("b", "c"), ("c", "b")]).unwrap_err()[0].contains("goes back to 'b'"));
+    assert!(three(&[("a", "z")]).unwrap_err()[0].contains("'z', which does not exist"));
 
-    let one = |data: Message| document(&foreign(vec![("a", data)], &[])).unwrap_err().remove(0).text;
+    let one = |data: Message| document(&foreign(vec![("a", data)], &[])).unwrap_err().remove(0);
     assert!(one(Heartbeat.into()).contains("a Heartbeat is not edited here"));
     let eight = imc::messages::Loiter { r#type: LoiterType::Eight, ..Default::default() };
     assert!(one(eight.into()).contains("other than a circle"));
@@ -275,7 +275,7 @@ fn foreign_plans_are_taken_in_the_order_they_are_sailed_or_refused() {
         start_actions: [Message::from(PowerChannelControl::default())].into_iter().collect(),
         ..foreign(vec![("a", go())], &[])
     };
-    assert!(document(&acts).unwrap_err()[0].text.contains("has actions"));
+    assert!(document(&acts).unwrap_err()[0].contains("has actions"));
 }
 
 #[test]

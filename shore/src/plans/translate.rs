@@ -4,7 +4,7 @@
 //! 131 km: so a plan has the same bytes, and the same digest, after a conversion there and back.
 
 use super::trouble::trouble;
-use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, PlanTrouble, SpeedUnit};
+use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, PlanTrouble, Said, SpeedUnit, say};
 use imc::messages::{
     FollowPath, Goto, Loiter, LoiterDirection, LoiterType, Message, PathPoint, PlanManeuver,
     PlanSpecification, PlanTransition, Rows, RowsFlags, SpeedUnits, StationKeeping, ZUnits,
@@ -151,31 +151,30 @@ fn rows(step: &PlanStep, speed: f32, speed_units: SpeedUnits) -> Message {
 ///
 /// # Errors
 /// It has parts that cannot be represented, and that would change the plan if left out.
-pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>), Vec<PlanTrouble>> {
+pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<Said>), Vec<Said>> {
     let mut troubles = Vec::new();
     if !plan.start_actions.is_empty() || !plan.end_actions.is_empty() {
-        troubles.push(trouble(None, "it has actions, which are not edited here: take them out of the file"));
+        troubles.push(actions());
     }
     let nodes: Vec<PlanManeuver> = plan.maneuvers.of().collect();
     let transitions: Vec<PlanTransition> = plan.transitions.of().collect();
     if transitions.iter().any(|transition| !transition.actions.is_empty()) {
-        troubles.push(trouble(None, "transitions have actions, which are not edited here: take them out"));
+        troubles.push(say("transitions have actions, which are not edited here: take them out").into());
     }
-    let (order, repeat) = order(plan, &nodes, &transitions).map_err(|text| vec![trouble(None, text)])?;
+    let (order, repeat) = order(plan, &nodes, &transitions).map_err(|text| vec![text])?;
     let mut notes = Vec::new();
     for (_, node) in nodes.iter().enumerate().filter(|(index, _)| !order.contains(index)) {
-        notes.push(format!("{}: never reached in the plan, left out", node.maneuver_id));
+        notes.push(Said::from(say("never reached in the plan, left out")).of_field(&node.maneuver_id.to_str_lossy()));
     }
     let mut maneuvers = Vec::with_capacity(order.len());
     for node in order.iter().filter_map(|index| nodes.get(*index)) {
         let id = node.maneuver_id.to_str_lossy().into_owned();
         if !node.start_actions.is_empty() || !node.end_actions.is_empty() {
-            let text = "it has actions, which are not edited here: take them out of the file";
-            troubles.push(trouble(Some(&id), text));
+            troubles.push(actions().of_field(&id));
         }
         match step(&id, node.data.get()) {
             Ok(step) => maneuvers.push(step),
-            Err(text) => troubles.push(trouble(Some(&id), text)),
+            Err(text) => troubles.push(text.of_field(&id)),
         }
     }
     if !troubles.is_empty() {
@@ -191,15 +190,21 @@ pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>),
     Ok((document, notes))
 }
 
+fn actions() -> Said {
+    say("it has actions, which are not edited here: take them out of the file").into()
+}
+
 /// The maneuvers in order of execution, and whether they repeat. The first transition of each is taken.
 fn order(
     plan: &PlanSpecification,
     nodes: &[PlanManeuver],
     transitions: &[PlanTransition],
-) -> Result<(Vec<usize>, bool), String> {
+) -> Result<(Vec<usize>, bool), Said> {
     let find = |id: &imc::Text| nodes.iter().position(|node| node.maneuver_id == *id);
     let mut at = find(&plan.start_man_id)
-        .ok_or_else(|| format!("the first maneuver, '{}', does not exist", plan.start_man_id))?;
+        .ok_or_else(|| {
+        say("the first maneuver, '{name}', does not exist").with("name", &plan.start_man_id)
+    })?;
     let (mut order, mut seen) = (vec![at], BTreeSet::from([at]));
     loop {
         let from = &nodes[at].maneuver_id;
@@ -207,25 +212,25 @@ fn order(
         let Some(to) = next.map(|next| &next.dest_man).filter(|to| **to != *PLAN_END) else {
             return Ok((order, false));
         };
-        at = find(to).ok_or_else(|| format!("a transition leads to '{to}', which does not exist"))?;
+        at = find(to).ok_or_else(|| say("a transition leads to '{name}', which does not exist").with("name", to))?;
         if order.first() == Some(&at) {
             return Ok((order, true));
         }
         if !seen.insert(at) {
-            return Err(format!("it goes back to '{to}'; only whole plans repeat here"));
+            return Err(say("it goes back to '{name}'; only whole plans repeat here").with("name", to).into());
         }
         order.push(at);
     }
 }
 
-fn step(id: &str, data: Option<Message>) -> Result<PlanStep, String> {
+fn step(id: &str, data: Option<Message>) -> Result<PlanStep, Said> {
     let (speed, task) = match data {
-        None => return Err("it holds no maneuver".to_owned()),
+        None => return Err(say("it holds no maneuver").into()),
         Some(Message::Goto(m)) => {
             (speed(m.speed, m.speed_units)?, PlanTask::Goto { at: degrees(m.lat, m.lon)? })
         }
         Some(Message::FollowPath(m)) => {
-            let start = LatLon::from_rad(m.lat, m.lon).map_err(|error| error.to_string())?;
+            let start = LatLon::from_rad(m.lat, m.lon).map_err(|error| Said::as_is(error.to_string()))?;
             let frame = LocalFrame::new(start);
             let point = |point: PathPoint| {
                 let local = LocalPoint { north_m: point.x.into(), east_m: point.y.into() };
@@ -242,7 +247,7 @@ fn step(id: &str, data: Option<Message>) -> Result<PlanStep, String> {
         }
         Some(Message::Loiter(m)) => {
             if !matches!(m.r#type, LoiterType::Default | LoiterType::Circular) {
-                return Err("a loiter other than a circle is not edited here".to_owned());
+                return Err(say("a loiter other than a circle is not edited here").into());
             }
             let task = PlanTask::Loiter {
                 at: degrees(m.lat, m.lon)?,
@@ -268,21 +273,21 @@ fn step(id: &str, data: Option<Message>) -> Result<PlanStep, String> {
             (speed(m.speed, m.speed_units)?, task)
         }
         Some(other) => {
-            return Err(format!(
-                "a {} is not edited here; Goto, FollowPath, StationKeeping, Loiter and Rows are",
-                other.abbrev()
-            ));
+            let text = say("a {kind} is not edited here; Goto, FollowPath, StationKeeping, Loiter and Rows are");
+            return Err(text.with("kind", other.abbrev()).into());
         }
     };
     Ok(PlanStep { id: id.to_owned(), speed, task })
 }
 
-fn speed(value: f32, units: SpeedUnits) -> Result<PlanSpeed, String> {
+fn speed(value: f32, units: SpeedUnits) -> Result<PlanSpeed, Said> {
     let unit = match units {
         SpeedUnits::MetersPs => SpeedUnit::Mps,
         SpeedUnits::Rpm => SpeedUnit::Rpm,
         SpeedUnits::Percentage => SpeedUnit::Percent,
-        SpeedUnits::Unlisted(number) => return Err(format!("its speed has the unknown unit {number}")),
+        SpeedUnits::Unlisted(number) => {
+            return Err(say("its speed has the unknown unit {number}").with("number", number).into());
+        }
     };
     Ok(PlanSpeed { value: decimal(value)?, unit })
 }
@@ -301,14 +306,14 @@ fn radians(place: &PlanPlace) -> (f64, f64) {
     (fine(place.lat_deg).to_radians(), fine(place.lon_deg).to_radians())
 }
 
-fn degrees(lat_rad: f64, lon_rad: f64) -> Result<PlanPlace, String> {
-    let place = LatLon::from_rad(lat_rad, lon_rad).map_err(|error| error.to_string())?;
+fn degrees(lat_rad: f64, lon_rad: f64) -> Result<PlanPlace, Said> {
+    let place = LatLon::from_rad(lat_rad, lon_rad).map_err(|error| Said::as_is(error.to_string()))?;
     Ok(PlanPlace { lat_deg: fine(place.lat_deg()), lon_deg: fine(place.lon_deg()) })
 }
 
-fn angle(rad: f64) -> Result<f64, String> {
+fn angle(rad: f64) -> Result<f64, Said> {
     let deg = fine(rad.to_degrees());
-    if deg.is_finite() { Ok(deg) } else { Err("an angle is not a number".to_owned()) }
+    if deg.is_finite() { Ok(deg) } else { Err(say("an angle is not a number").into()) }
 }
 
 /// Rounds degrees to their resolution.
@@ -322,7 +327,7 @@ fn offset(metres: f64) -> f32 {
 }
 
 /// The shortest decimal that is this number, so that 0.1 stays 0.1.
-fn decimal(value: f32) -> Result<f64, String> {
+fn decimal(value: f32) -> Result<f64, Said> {
     let read = value.to_string().parse().ok().filter(|value: &f64| value.is_finite());
-    read.ok_or_else(|| format!("{value} is not a number"))
+    read.ok_or_else(|| say("{value} is not a number").with("value", value).into())
 }

@@ -99,8 +99,12 @@ pub(crate) fn of_warning(warning: &PlanWarning) -> PlanTrouble {
             coded(Some(maneuver), ("no-points", &[], ""), "has no points and is done at once".to_owned())
         }
         PlanWarning::Cycle => coded(None, ("never-ends", &[], ""), warning.to_string()),
-        PlanWarning::NeverReached(_) | PlanWarning::TransitionIgnored { .. } => {
-            trouble(None, warning.to_string())
+        PlanWarning::NeverReached(maneuver) => {
+            coded(Some(maneuver), ("never-reached", &[], ""), "never reached".to_owned())
+        }
+        PlanWarning::TransitionIgnored { from, to } => {
+            let text = format!("the transition to '{to}' is ignored, the first one counts");
+            coded(Some(from), ("transition-ignored", &[], to), text)
         }
     }
 }
@@ -149,6 +153,12 @@ fn worded(trouble: &PlanTrouble) -> Option<Wording> {
                 .with("most", whole("most"))
         }
         "too-long" => say("The plan is too long for one message: divide it"),
+        "circle-instead" => say("A circle is sailed in place of the shape"),
+        "no-points" => say("Has no points and is done at once"),
+        "never-ends" => say("The plan never ends by itself"),
+        "never-reached" => say("It is never reached"),
+        "transition-ignored" => say("The transition to {to} is ignored: the first one counts")
+            .with("to", trouble.about.as_deref().unwrap_or_default()),
         _ => return None,
     })
 }

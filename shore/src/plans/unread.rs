@@ -1,9 +1,9 @@
-//! Why a file holds no plan, in words that the catalogue has. What readers of JSON and XML say within them is English.
+//! Why a file holds no plan, and what of it was left out, in words that the catalogue has. What readers of JSON and XML say within them is English.
 
 use api::{Said, say};
-use geofile::MOST_POSITIONS;
 use geofile::geojson::GeoJsonError;
 use geofile::gpx::GpxError;
+use geofile::{LeftOut, MOST_POSITIONS};
 
 /// The same as the error says in English.
 pub(super) fn no_gpx(why: GpxError) -> Said {
@@ -64,9 +64,29 @@ pub(super) fn no_geojson(why: GeoJsonError) -> Said {
     text.into()
 }
 
+/// Likewise.
+pub(super) fn left_out(part: &LeftOut) -> Said {
+    match part {
+        LeftOut::Marks(count) => {
+            say("way points beside routes and tracks were left out: {count}").with("count", count)
+        }
+        LeftOut::NoGeometry(place) => say("{place} has no geometry and was left out").with("place", place),
+    }
+    .into()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_left_out_has_the_words_of_its_reader_and_a_template() {
+        for part in [LeftOut::Marks(3), LeftOut::NoGeometry("feature 2".to_owned())] {
+            let said = left_out(&part);
+            assert_eq!(said, part.to_string().as_str());
+            assert!(said.wording().is_some(), "{said}");
+        }
+    }
 
     #[test]
     fn a_file_is_refused_in_the_words_of_its_reader_and_by_a_template() {

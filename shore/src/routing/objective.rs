@@ -1,6 +1,6 @@
 //! What a requested route is good for: reads objective, preferences, currents and speed limits.
 
-use super::MOST_CLEARANCE_M;
+use super::{MOST_CLEARANCE_M, wrong};
 use api::{
     Said, SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteObjective, SeaRouteRequest, SeaRouteZone,
     SeaRouteZoneKind, say,
@@ -61,7 +61,7 @@ pub(super) fn objective(ask: &SeaRouteRequest, now: UtcTime) -> Result<Objective
     let limits = limits(&ask.zones)?;
     let aimed = aimed(ask.objective, speed_mps);
     let objective = Objective { currents, preferences, limits, depart_s: depart.seconds(), ..aimed };
-    objective.validate().map_err(|error| Said::as_is(error.to_string()))?;
+    objective.validate().map_err(wrong::needs)?;
     Ok(objective)
 }
 
@@ -85,7 +85,7 @@ fn grid(of: &SeaRouteCurrentGrid) -> Result<CurrentGrid, Said> {
         |values: &[Option<f32>]| values.iter().map(|mps| mps.unwrap_or(f32::NAN)).collect::<Vec<_>>();
     let (east_mps, north_mps) = (values(&of.east_mps), values(&of.north_mps));
     CurrentGrid::new(times_s, of.lats_deg.clone(), of.lons_deg.clone(), &east_mps, &north_mps)
-        .map_err(|error| Said::as_is(error.to_string()))
+        .map_err(wrong::grid)
 }
 
 /// The areas with speed limits; the others are read as zones.

@@ -1,7 +1,7 @@
 // Asking the server for JSON, and telling it to do something.
 
-import { refusalText } from "../state/refusal";
-import { t, withWords } from "../words/words";
+import { plainRefusal } from "../state/plainrefusal";
+import { later, t, withWords } from "../words/words";
 import { anyOf } from "./signal";
 import { inTurn, question, type Rank } from "./traffic";
 import type { Ordered, Refusal as RefusalAnswer, RefusalReason } from "./types.gen";
@@ -16,8 +16,9 @@ export class Refusal extends Error {
     readonly answer?: unknown,
     /** After so long it may be asked again, s; 0 where it did not say so. */
     readonly waitS = 0,
+    text = plainRefusal(why),
   ) {
-    super(refusalText(why));
+    super(text);
   }
 
   get code(): string {
@@ -133,8 +134,18 @@ async function refused(response: Response, words: "all" | "at hand" = "all"): Pr
   try {
     const answer = (await response.json()) as RefusalAnswer;
     if (words === "all") await withWords(answer.error.says);
-    return new Refusal(response.status, answer.error, answer, waitS);
+    return new Refusal(response.status, answer.error, answer, waitS, await guardText(answer.error));
   } catch {
     return new Refusal(response.status, { code: "unknown", text: t("The server answered {status}.", { status: response.status }) });
+  }
+}
+
+/** What the chart has against it; its words are loaded when they are first needed. Undefined where the chart refused nothing. */
+async function guardText(why: RefusalReason): Promise<string | undefined> {
+  if (!why.guard) return undefined;
+  try {
+    return (await later(() => import("../state/refusal"))).refusalText(why);
+  } catch {
+    return why.text;
   }
 }

@@ -1801,7 +1801,7 @@ damaged_bytes: number,
 /**
  * What is wrong with the log, and what to do about it.
  */
-problems: Array<string>, };
+problems: Array<ImportNote>, };
 
 export type ImportState = "running" | "done" | "failed" | "cancelled";
 
@@ -1811,9 +1811,19 @@ export type ImportedPlan = {
  */
 stored: StoredPlan, 
 /**
- * Parts of the file that were left out.
+ * Parts of the file that were left out, and what is odd.
  */
-notes: Array<string>, };
+notes: Array<ImportNote>, };
+
+export type ImportNote = { 
+/**
+ * What, in English.
+ */
+text: string, 
+/**
+ * Of what pages make `text` in their reader's language; absent where it is English only.
+ */
+says?: Wording, };
 
 export type Label = { 
 /**

@@ -95,8 +95,8 @@ function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean, moved: 
       }
     },
     draw: (corners) => ring.update([], [], { areas: [], slow: [], others: [], drawing: corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners, gap: undefined }),
-    picture: () => pictureOf(map.ol),
-    drawing: async () => shown.drawing(await pictureOf(map.ol, SQUARES_LAYER)),
+    picture: () => pictureOf(map),
+    drawing: async () => shown.drawing(await pictureOf(map, SQUARES_LAYER)),
     dispose: () => { shown.dispose(); map.dispose(); },
   };
 }

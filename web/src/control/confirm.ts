@@ -49,7 +49,7 @@ export function createConfirm(root: HTMLElement): Confirm {
       head.focus();
       let rest = LASTS_S;
       const count = (): void => {
-        setText(left, t("ends in {rest} s", { rest }));
+        setText(left, t("expires in {rest} s", { rest }));
         if (rest-- <= 0) close();
       };
       count();

@@ -2,7 +2,7 @@
 // while, such as to go to a quay. The vessel wants the same time twice; both stand in the audit log and its log book.
 
 import { reason } from "../api/http";
-import { type Guard, GUARD_ENTITY } from "../state/teleop";
+import { type Guard, GUARD_ENTITY } from "../state/guard";
 import { make, setAttribute, setText } from "../ui/dom";
 import { t } from "../words/words";
 import type { Confirm } from "./confirm";

@@ -3,7 +3,7 @@
 import type { Command, PlanAboard, PlanPlace, System } from "../api/types.gen";
 import type { RefusedOnMap } from "../map/danger";
 import type { ControlState, Part } from "../state/control";
-import type { Guard } from "../state/teleop";
+import type { Guard } from "../state/guard";
 import { make } from "../ui/dom";
 import { t } from "../words/words";
 import { PlansOfVessel } from "./aboard";

@@ -5,7 +5,8 @@
 // explicit stop, and by samples that do not come any more.
 
 import type { TeleopMessage, TeleopStop, TeleopStatus } from "../api/types.gen";
-import { type Guard, isNeutral, offNeutral, type Pad, padText, standing, tripText } from "../state/teleop";
+import type { Guard } from "../state/guard";
+import { isNeutral, offNeutral, type Pad, padText, standing, tripText } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
 import { t, worded } from "../words/words";
 import type { Confirm } from "./confirm";

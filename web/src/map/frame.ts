@@ -1,21 +1,12 @@
-// What frames a map: the graticule with its figures, scales, the place under the pointer, the arrow to the north, and the wheel.
+// What frames a map: scales, the place under the pointer, the arrow to the north, and the wheel.
 
-import Graticule from "ol/layer/Graticule";
 import { defaults as defaultControls, MousePosition, ScaleLine } from "ol/control";
-import { Fill, Stroke, Text } from "ol/style";
 import { make } from "../ui/dom";
-import { latitude, longitude, position } from "../ui/format";
+import { position } from "../ui/format";
 import { t } from "../words/words";
-import { CHART } from "./layers";
-import { CANVAS_FONT, type Palette } from "./palette";
 
 /** A wheel that rests so long begins another turn, ms. */
 const WHEEL_MS = 400;
-
-/** The tools at the right edge cover so much: latitudes stand beside them. */
-const BESIDE_TOOLS_PX = 58;
-/** The words at the lower edge take two lines at most: longitudes stand above them (`.chart-credit`), and the scales above those. */
-const ABOVE_WORDS_PX = 40;
 
 export interface Wheel {
   isOwn(): boolean;
@@ -53,25 +44,4 @@ export function wheelOn(root: HTMLElement): Wheel {
 /** What the button shows that turns the map north up: it points north however the map is turned. */
 function northArrow(): HTMLElement {
   return make("span", { class: "ol-compass arrow", "aria-hidden": "true" }, "▲\nN");
-}
-
-export function graticuleLayer({ ink, halo, grid }: Palette): Graticule {
-  const text = new Text({ font: `12px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 3 }) });
-  const along = text.clone();
-  text.setTextBaseline("bottom");
-  text.setOffsetY(-ABOVE_WORDS_PX);
-  along.setTextAlign("end");
-  along.setOffsetX(-BESIDE_TOOLS_PX);
-  return new Graticule({
-    strokeStyle: new Stroke({ color: grid, width: 1 }),
-    showLabels: true,
-    zIndex: CHART.graticule,
-    wrapX: false,
-    targetSize: 140,
-    intervals: [10, 5, 2, 1, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60, 30 / 3600, 12 / 3600, 6 / 3600, 3 / 3600, 1.2 / 3600, 0.6 / 3600],
-    lonLabelStyle: text,
-    latLabelStyle: along,
-    lonLabelFormatter: longitude,
-    latLabelFormatter: latitude,
-  });
 }

@@ -2,7 +2,6 @@
 
 import OlMap from "ol/Map";
 import View from "ol/View";
-import type Graticule from "ol/layer/Graticule";
 import { boundingExtent } from "ol/extent";
 import { defaults as defaultInteractions, MouseWheelZoom } from "ol/interaction";
 import { fromLonLat } from "ol/proj";
@@ -13,7 +12,9 @@ import { t } from "../words/words";
 import { type ChartOnMap, createChart } from "./chart/chart";
 import { type Clicks, createClicks } from "./clicks";
 import { createFollow, type Follow } from "./follow";
-import { controls, graticuleLayer, type Wheel, wheelOn } from "./frame";
+import { controls, type Wheel, wheelOn } from "./frame";
+import { Graticule } from "./graticule";
+import { createGround } from "./ground";
 import { createNoGo, type NoGoOnMap } from "./nogo";
 import { createOverlays, type Overlays } from "./overlays";
 import { createOwnPlace } from "./ownplace";
@@ -38,6 +39,8 @@ export interface FleetMap {
   readonly noGo: NoGoOnMap;
   /** For what a page draws by itself. */
   readonly ol: OlMap;
+  /** What lies beneath it: the chart and the graticule. */
+  readonly ground: OlMap;
   /** The colours in force. */
   palette(): Palette;
   /** `then` is called when the colours have changed. */
@@ -68,13 +71,14 @@ export function createMap(root: HTMLElement, needs: MapNeeds = {}): FleetMap {
 
 class MapOfFleet implements FleetMap {
   readonly ol: OlMap;
+  readonly ground: OlMap;
   readonly overlays: Overlays;
   readonly tools: MapTools;
   readonly clicks: Clicks;
   readonly chart: ChartOnMap;
   readonly noGo: NoGoOnMap;
   private colours: Palette;
-  private graticule: Graticule;
+  private readonly graticule: Graticule;
   private readonly vessels: VesselsOnMap;
   private readonly wheel: Wheel;
   private readonly follow: Follow | undefined;
@@ -89,24 +93,25 @@ class MapOfFleet implements FleetMap {
   constructor(private readonly root: HTMLElement, private readonly needs: MapNeeds) {
     const { select, vessel } = needs;
     this.colours = readPalette(needs.first ?? []);
-    this.graticule = graticuleLayer(this.colours);
+    const palette = (): Palette => this.colours;
     this.wheel = wheelOn(root);
+    // Course up near north is not pulled to north.
+    const view = new View({ center: NOWHERE, zoom: 12, maxZoom: 22, minZoom: 2, constrainRotation: false });
     const map = new OlMap({
       target: root,
       interactions: defaultInteractions({ mouseWheelZoom: false }).extend([new MouseWheelZoom({ condition: this.wheel.isOwn })]),
-      layers: [this.graticule],
       controls: controls(() => (this.follow ? this.follow.northUp() : map.getView().setRotation(0))),
-      // Course up near north is not pulled to north.
-      view: new View({ center: NOWHERE, zoom: 12, maxZoom: 22, minZoom: 2, constrainRotation: false }),
+      view,
     });
-    this.ol = map;
-    const palette = (): Palette => this.colours;
+    [this.ol, this.ground] = [map, createGround(root, view)];
+    this.graticule = new Graticule(palette);
+    this.ground.addLayer(this.graticule);
     this.vessels = new VesselsOnMap(map, palette);
     const box = root.parentElement ?? root;
     [this.tools, this.clicks] = [createTools(box), createClicks(map)];
     if (select) this.listen(select);
     this.overlays = createOverlays(map, this.clicks, palette);
-    this.chart = createChart(map, box, this, (place) => this.overlays.cursor(place), vessel);
+    this.chart = createChart(this, box, (place) => this.overlays.cursor(place), vessel);
     this.chart.onChart(({ bounds }) => this.leadTo(bounds));
     this.noGo = createNoGo(map, palette);
     // The chart is another one whenever an area was closed or lifted; it is asked for once a minute.
@@ -156,7 +161,7 @@ class MapOfFleet implements FleetMap {
     this.wheel.dispose();
     this.dark.removeEventListener("change", this.repaint);
     this.chosen.disconnect();
-    this.ol.setTarget(undefined);
+    for (const one of [this.ol, this.ground]) one.setTarget(undefined);
   }
 
   private listen(select: (address: number) => void): void {
@@ -182,9 +187,7 @@ class MapOfFleet implements FleetMap {
 
   private paint(): void {
     this.colours = readPalette(this.needs.first ?? []);
-    this.ol.removeLayer(this.graticule);
-    this.graticule = graticuleLayer(this.colours);
-    this.ol.getLayers().insertAt(0, this.graticule);
+    this.graticule.changed();
     this.vessels.repaint();
     this.update(this.last.systems, this.last.selected, this.last.nowUs);
     this.overlays.repaint();

@@ -1,18 +1,18 @@
 // What a map shows, as one picture.
 
 import type OlMap from "ol/Map";
+import type { FleetMap } from "./map";
 
 /** Draws the map once more and puts its layers on top of each other, in the pixels of this screen, but for those of a class. Rejected
  * where the browser may not read a layer, as pictures of other servers. */
-export function pictureOf(map: OlMap, without?: string): Promise<HTMLCanvasElement> {
-  return new Promise((resolve, reject) => {
-    map.once("rendercomplete", () => {
-      try {
-        resolve(drawn(map, without));
-      } catch (error) {
-        reject(error instanceof Error ? error : new Error(String(error)));
-      }
-    });
+export async function pictureOf({ ol, ground }: Pick<FleetMap, "ol" | "ground">, without?: string): Promise<HTMLCanvasElement> {
+  await Promise.all([ol, ground].map(complete));
+  return drawn(ol, without);
+}
+
+function complete(map: OlMap): Promise<void> {
+  return new Promise((done) => {
+    map.once("rendercomplete", () => done());
     map.render();
   });
 }

@@ -16,10 +16,10 @@ import { isShore, systemName } from "../ui/format";
 import { createList } from "../ui/list";
 import { t } from "../words/words";
 
-/** The list is redrawn so often, ms; the map at each frame. */
-const TABLES_MS = 250;
-/** A frame comes so often, ms: vessels move a metre or two meanwhile. */
+/** A frame comes so often, ms, and is drawn: vessels move a metre or two meanwhile. */
 const EVERY_MS = 500;
+/** Without frames all is drawn again so often, ms: what is known grows older. */
+const AGES_MS = 1_000;
 /** How much of the past is drawn at first, µs. */
 const PAST_US = 3_600_000_000;
 
@@ -30,22 +30,23 @@ export function startFleet(root: HTMLElement): void {
   root.append(make("div", { class: "map-box" }, mapBox), listBox);
   const page = new FleetPage(mapBox, listBox, names);
   let due = false;
+  let drawnMs = -Infinity;
+  const draw = (): void => {
+    due = false;
+    drawnMs = performance.now();
+    chrome.draw("tables", () => page.drawTables(chrome));
+    chrome.draw("map", () => page.follow());
+  };
   const chrome = createChrome({ messages: [...GLANCE], events: false, every_ms: EVERY_MS }, {
     frame(now) {
       page.take(now);
-      if (due) return;
+      // Once in a picture; a page that is behind others has none.
+      if (!due) requestAnimationFrame(draw);
       due = true;
-      requestAnimationFrame(() => {
-        due = false;
-        chrome.draw("map", () => page.follow());
-      });
     },
     lost: () => page.lost(chrome),
   });
-  window.setInterval(() => {
-    chrome.draw("tables", () => page.drawTables(chrome));
-    chrome.draw("map", () => page.drawMap());
-  }, TABLES_MS);
+  window.setInterval(() => performance.now() - drawnMs >= AGES_MS && draw(), AGES_MS);
   page.onSelect = () => page.drawTables(chrome);
 }
 

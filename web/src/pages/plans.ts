@@ -7,7 +7,7 @@ import { durationText, energyText, lengthText } from "../plan/steps";
 import { asCards } from "../ui/cards";
 import { make, setAttribute } from "../ui/dom";
 import { hexAddress, isShore, systemName, utc } from "../ui/format";
-import { t, tn } from "../words/words";
+import { t, tn, withWords, worded } from "../words/words";
 
 const PATIENCE_MS = 15_000;
 /** How long a vessel's answer is waited for, and how often is looked whether it is there, ms. */
@@ -174,8 +174,9 @@ class PlansPage {
 
   private async import(chosen: File): Promise<void> {
     const { stored, notes } = await postJson<ImportedPlan>(`/api/v1/plans/import?name=${encodeURIComponent(chosen.name)}`, PATIENCE_MS, chosen);
+    await withWords(...notes.map(({ says }) => says));
     const open = make("a", { class: "button", href: `/plans/${stored.id}` }, t("Open {name}", { name: stored.plan.name }));
-    const left = notes.length ? [make("ul", {}, ...notes.slice(0, 20).map((note) => make("li", {}, note)))] : [];
+    const left = notes.length ? [make("ul", {}, ...notes.slice(0, 20).map((note) => make("li", {}, worded(note))))] : [];
     this.say(notes.length ? "warn" : "good", t("{file} is imported as {name}, {n} maneuvers.", { file: chosen.name, name: stored.plan.name, n: stored.plan.maneuvers.length }), ...left, open);
     await this.show();
   }

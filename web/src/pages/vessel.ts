@@ -16,7 +16,7 @@ import { controlLine, partOf } from "../state/control";
 import { asSeen, type FleetState } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
 import { readiness } from "../state/readiness";
-import { guardOf } from "../state/teleop";
+import { guardOf } from "../state/guard";
 import { placeAt } from "../state/track";
 import { entities, type Labels, type Values, vitals, withHeard } from "../state/vitals";
 import { windowKey } from "../state/window";
@@ -32,8 +32,8 @@ import { PagePresent } from "../vessel/present";
 import { PageTime, SPAN_US } from "../vessel/time";
 import { t } from "../words/words";
 
-/** Instruments, tables and plots are redrawn so often, ms. */
-const TABLES_MS = 250;
+/** Instruments, tables and plots are redrawn so often, ms: figures that change faster are not read. */
+const TABLES_MS = 500;
 /** Whoever drags has the address changed only in the end, ms. */
 const SETTLE_MS = 200;
 /** A vessel that was last heard longer ago than this is looked at as it was, µs. */

@@ -73,6 +73,8 @@ export class Plots implements PlotPanel {
   private readonly problem = make("p", { class: "note bad", role: "alert", hidden: "" });
   private readonly empty = make("p", { class: "empty dim" }, t("No field is plotted. Add one here, or by its button among the values."));
   private readonly list = make("div", { class: "plots" });
+  /** How wide that is, px: asked while something is drawn the browser would lay out the page for it. */
+  private wide = 0;
 
   constructor(
     root: HTMLElement,
@@ -86,6 +88,7 @@ export class Plots implements PlotPanel {
     const repaint = (): void => this.plots.forEach((plot) => this.rebuild(plot));
     new MutationObserver(repaint).observe(document.documentElement, { attributeFilter: ["data-palette"] });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
+    new ResizeObserver(([list]) => void (this.wide = list?.contentRect.width ?? 0)).observe(this.list);
     root.append(createChooser(() => this.fields.choices(), (source) => this.add(source)), this.problem, this.empty, this.list);
     this.waiting = first.split(",").map(parsed).filter((source) => source !== undefined);
   }
@@ -107,7 +110,7 @@ export class Plots implements PlotPanel {
 
   goOn(nowUs: number): void {
     const { fromUs, toUs } = ends(this.stretch, nowUs);
-    const pixelUs = (toUs - fromUs) / Math.max(100, this.list.clientWidth);
+    const pixelUs = (toUs - fromUs) / Math.max(100, this.wide);
     // A clock that is set may lead back.
     if (Math.abs(nowUs - this.drawnUs) >= Math.min(SLOWEST_US, pixelUs)) this.draw(nowUs);
   }

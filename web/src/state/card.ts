@@ -80,7 +80,7 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
     progress: told(progressText(plan, progress, legs, t("progress not reported")), plan.old || !linked),
     speed: here(fix ? knots(fix.speed_mps) : undefined),
     heading: here(fix ? bearing(fix.heading_rad) : undefined),
-    battery: { ...of(battery, battery.value === null ? "—" : `${battery.value.toFixed(0)} %`), low: battery.value !== null && battery.value < LOW },
+    battery: { ...(never ? told("—", false) : of(battery, battery.value === null ? "—" : `${battery.value.toFixed(0)} %`)), low: battery.value !== null && battery.value < LOW },
     place: here(fix ? `${position(fix)}${old ? ` ${t("(old)")}` : ""}` : t("no position")),
     placeAge: here(fix && placeS !== null ? age(placeS) : undefined),
     worst: { text: tame(said || `${parts.bad ? "▲ " : ""}${parts.text}`, MOST), quiet: !said && !parts.bad },

@@ -2,7 +2,7 @@
 
 import type { VesselParameters } from "../api/types.gen";
 import { t } from "../words/words";
-import { GUARD_ENTITY } from "./teleop";
+import { GUARD_ENTITY } from "./guard";
 
 /** Depths below chart datum that part the shades, m. */
 export interface DepthLimits {

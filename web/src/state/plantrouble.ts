@@ -64,6 +64,10 @@ export function troubleText(trouble: PlanTrouble): string {
       return t("A circle is sailed in place of the shape");
     case "no-points":
       return t("Has no points and is done at once");
+    case "never-reached":
+      return t("It is never reached");
+    case "transition-ignored":
+      return t("The transition to {to} is ignored: the first one counts", { to: about ?? "" });
     case "never-ends":
       return t("The plan never ends by itself");
     default:

@@ -1,8 +1,9 @@
 // Why and where something was refused, by the codes of the refusal itself. Pure.
 
-import type { GuardReason, NoControl, PlanDocument, PlanPlace, RefusalReason } from "../api/types.gen";
-import { t, worded } from "../words/words";
+import type { GuardReason, PlanDocument, PlanPlace, RefusalReason } from "../api/types.gen";
+import { t } from "../words/words";
 import { depthText } from "./chart";
+import { plainRefusal } from "./plainrefusal";
 import { reasonWords, refusedText } from "./planverdict";
 
 export interface RefusedSpot {
@@ -59,28 +60,6 @@ export function legsOfGoto(reasons: readonly GuardReason[]): GuardReason[] {
 }
 
 /** Why something was refused, in the person's language. What the catalogue lacks is said as the server said it. */
-export function refusalText({ text, guard, control, says }: RefusalReason, plan?: PlanDocument): string {
-  if (guard) return t("The chart shows danger: {text}", { text: refusedText(plan, guard) });
-  return control ? controlText(control) : worded({ text, says });
-}
-
-function controlText(control: NoControl): string {
-  switch (control.why) {
-    case "free":
-      return t("You do not have control of this vessel: take it first.");
-    case "held":
-      return t("You do not have control of this vessel: {by} has it.", { by: control.by });
-    case "other_window":
-      return t("Another of your windows has control of this vessel: take it here first.");
-    case "expired":
-      return t("Your control of this vessel expired: take it again.");
-    case "nobody_waits":
-      return t("Nobody waits for control of this vessel.");
-    case "asked":
-      return t("{by} has asked already and gets an answer within {n} s.", { by: control.by, n: control.within_s });
-    case "reason_needed":
-      return t("Say why you take over: {by} will see it.", { by: control.by });
-    case "too_long":
-      return t("This is longer than {n} characters.", { n: control.most });
-  }
+export function refusalText(why: RefusalReason, plan?: PlanDocument): string {
+  return why.guard ? t("The chart shows danger: {text}", { text: refusedText(plan, why.guard) }) : plainRefusal(why);
 }

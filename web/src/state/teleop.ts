@@ -2,8 +2,6 @@
 
 import type { TeleopStatus } from "../api/types.gen";
 import { t, worded } from "../words/words";
-import { partValues } from "./partvalues";
-import { entities, type Labels, type Values } from "./vitals";
 
 /** What the hands do. `change` is another number than before when the device has shown life. */
 export interface Hands {
@@ -179,22 +177,4 @@ export function tripText(told: TeleopStatus | undefined): string {
   const slow = told.slow ? `. ${t("SLOW: steer with care.")}` : "";
   const cap = told.cap < 1 ? ` ${t("Thrust is limited to {cap} %.", { cap: Math.round(told.cap * 100) })}` : "";
   return `${t("Round trip {ms} ms {way}", { ms: Math.round(ms), way })}${slow}${cap}`;
-}
-
-/** What the vessel's grounding supervisor says; undefined where it says nothing or has no chart. */
-export interface Guard {
-  readonly text: string;
-  /** It lets no thrust through in some direction. */
-  readonly blocks: boolean;
-  /** An operator had it lifted for a while. */
-  readonly lifted: boolean;
-}
-
-export const GUARD_ENTITY = "Grounding Supervisor";
-
-export function guardOf(values: Values, labels: Labels, nowUs: number): Guard | undefined {
-  const one = entities(values, labels, nowUs).find(({ label }) => label === GUARD_ENTITY);
-  const said = one && partValues(values, one.entity)?.values;
-  if (!one || one.old || !one.description || said?.get("on") !== "1") return undefined;
-  return { text: one.description, blocks: said.get("blocks") === "1", lifted: said.has("unguarded_s") };
 }

@@ -13,10 +13,13 @@ export function fillHelp(dialog: HTMLDialogElement): void {
   const here = KEYS.filter(({ where }) => where === "" || document.querySelector(where));
   const keys = here.map(({ keys, does }) => ({ text: `${keys} ${does}`.toLowerCase(), row: make("div", {}, make("dt", {}, ...keys.split(" ").map((key) => make("kbd", {}, key))), make("dd", {}, does)) }));
   const none = make("p", { hidden: "" }, t("No matching help topics."));
+  const [ofKeys, ofTerms] = [make("h3", {}, t("Keys on this page")), make("h3", {}, t("Words"))];
   search.addEventListener("input", () => {
     const wanted = search.value.trim().toLowerCase();
     for (const { text, row } of [...terms, ...keys]) row.hidden = !text.includes(wanted);
-    none.hidden = [...terms, ...keys].some(({ row }) => !row.hidden);
+    ofKeys.hidden = keys.every(({ row }) => row.hidden);
+    ofTerms.hidden = terms.every(({ row }) => row.hidden);
+    none.hidden = !ofKeys.hidden || !ofTerms.hidden;
   });
   const close = make("button", { type: "button" }, t("Close"));
   // While it was read the person may have gone elsewhere, such as to STOP.
@@ -25,8 +28,8 @@ export function fillHelp(dialog: HTMLDialogElement): void {
     make("div", { class: "row" }, make("h2", { id: "help-title" }, t("Help")), search, close),
     make("p", {}, make("a", { href: "/help" }, t("The manual: guides, and what to do about each alarm"))),
     none,
-    make("h3", {}, t("Keys on this page")), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
-    make("h3", {}, t("Words")), make("dl", {}, ...terms.map(({ row }) => row)));
+    ofKeys, make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
+    ofTerms, make("dl", {}, ...terms.map(({ row }) => row)));
   close.addEventListener("click", () => dialog.close());
   if (isHere) search.focus();
 }

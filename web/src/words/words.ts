@@ -7,8 +7,12 @@ import type { Wording } from "../api/types.gen";
 declare global {
   /** An English text in the page's language, put there by the bundle of a language; absent in English. */
   var lutraWords: ((english: string) => string | undefined) | undefined;
-  /** Fetches the words of refusals and of parts that are loaded later, once; it never fails. Absent in English. */
+  /** Fetches the words of parts that come after the map and STOP, once; it never fails. Absent in English. */
+  var lutraSoonWords: (() => Promise<void>) | undefined;
+  /** The same of refusals and of parts that few open. */
   var lutraMoreWords: (() => Promise<void>) | undefined;
+  /** A text was said in English; `again` says it once more, when words have come. Absent in English. */
+  var lutraMissed: ((text: string, again: () => string) => void) | undefined;
 }
 
 /** The places for values in a text: `"{n} of {all}"` has `n` and `all`. */
@@ -19,12 +23,12 @@ type Others<Text extends string> = [Exclude<Places<Text>, "n">] extends [never] 
 
 /** `english` in the page's language, with values in its places. Only texts written out here can be found in the catalogue. */
 export function t<const Text extends string>(english: Text, ...[values]: Values<Text>): string {
-  return filled(said(english), values);
+  return inPlace(english, values);
 }
 
 /** One text for one, the other for every other count; `{n}` is the count in both. */
 export function tn<const One extends string, const More extends string>(n: number, one: One, more: More, ...[values]: Others<One | More>): string {
-  return filled(said(n === 1 ? one : more), { ...values, n });
+  return inPlace(n === 1 ? one : more, { ...values, n });
 }
 
 /** How many, with the language's mark between thousands: `5,200`, in Bokmål `5 200` with a space that does not break. */
@@ -35,7 +39,7 @@ export function count(n: number): string {
 
 /** A text that the server sent, with the values in its places where it has any; what the catalogue lacks is English. */
 export function fromServer(english: string, values?: Readonly<Record<string, Value | undefined>>): string {
-  return filled(said(english), values);
+  return inPlace(english, values);
 }
 
 /** What the server says, by its wording; without one, a fixed sentence is its own. Not for what may be a vessel's own words. */
@@ -49,8 +53,9 @@ export async function later<Part>(load: () => Promise<Part>): Promise<Part> {
   return load();
 }
 
-/** Loads a part that each such page shows after what matters more; its words are among the page's own (`scripts/words.mjs`). */
-export function soon<Part>(load: () => Promise<Part>): Promise<Part> {
+/** Loads a part that each such page shows after what matters more, with its words (`scripts/words.mjs` has it among SOON). */
+export async function soon<Part>(load: () => Promise<Part>): Promise<Part> {
+  if (globalThis.lutraSoonWords) await Promise.race([globalThis.lutraSoonWords(), elapsed(PART_MS)]);
   return load();
 }
 
@@ -77,8 +82,11 @@ function inWords({ template, values, parts = {} }: Wording): string {
   return fromServer(template, { ...values, ...Object.fromEntries(lines) });
 }
 
-function said(english: string): string {
-  return globalThis.lutraWords?.(english) ?? english;
+function inPlace(english: string, values: Readonly<Record<string, Value | undefined>> | undefined): string {
+  const words = globalThis.lutraWords?.(english);
+  const text = filled(words ?? english, values);
+  if (words === undefined) globalThis.lutraMissed?.(text, () => filled(globalThis.lutraWords?.(english) ?? english, values));
+  return text;
 }
 
 /** Each place once, from the left: what a value contains is never taken for a place. */

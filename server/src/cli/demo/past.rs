@@ -70,7 +70,8 @@ impl Past {
             let name = log.strip_prefix(folder).unwrap_or(&log).display().to_string();
             let done = import(state, &log, name).await?;
             if done.state != ImportState::Done || !done.problems.is_empty() {
-                bail!("{} does not come in: {}", done.name, done.problems.join("; "));
+                let why: Vec<&str> = done.problems.iter().map(|one| one.text.as_str()).collect();
+                bail!("{} does not come in: {}", done.name, why.join("; "));
             }
             packets += done.packets;
         }

@@ -43,14 +43,13 @@ impl Pattern {
 /// # Errors
 /// One form cannot be converted to the other.
 pub(super) fn drawn(otter: &Otter) -> anyhow::Result<(PlanDocument, PlanSpecification)> {
-    let told = |troubles: Vec<api::PlanTrouble>| {
-        let texts: Vec<String> = troubles.into_iter().map(|trouble| trouble.text).collect();
-        anyhow!("the plan of {}: {}", otter.name, texts.join("; "))
-    };
-    let (document, _) = plans::document(&otter.pattern.plan(otter.start)).map_err(told)?;
+    let told = |texts: Vec<String>| anyhow!("the plan of {}: {}", otter.name, texts.join("; "));
+    let (document, _) = plans::document(&otter.pattern.plan(otter.start))
+        .map_err(|troubles| told(troubles.into_iter().map(String::from).collect()))?;
     let description = format!("{} sails {} in the demonstration.", otter.name, otter.pattern.words());
     let document = PlanDocument { vessel: Some(otter.address.0), description, ..document };
-    let specification = plans::specification(&document).map_err(told)?;
+    let specification = plans::specification(&document)
+        .map_err(|troubles| told(troubles.into_iter().map(|trouble| trouble.text).collect()))?;
     Ok((document, specification))
 }
 

@@ -38,15 +38,18 @@ export interface ChartOnMap {
 
 /** What of a map the chart takes part in. */
 export interface ChartPlace {
+  readonly ol: OlMap;
+  /** Beneath it, where the chart is drawn. */
+  readonly ground: OlMap;
   readonly tools: MapTools;
   readonly clicks: Clicks;
 }
 
 type Mark = (place: { lat_deg: number; lon_deg: number } | null) => void;
 
-/** Draws the chart onto `map` and its words over `box`, for `vessel` where the map is one vessel's. `mark` shows the place that is told of. */
-export function createChart(map: OlMap, box: HTMLElement, place: ChartPlace, mark: Mark, vessel?: number): ChartOnMap {
-  return new Chart(map, box, place, mark, vessel);
+/** Draws the chart beneath a map and its words over `box`, for `vessel` where the map is one vessel's. `mark` shows the place that is told of. */
+export function createChart(place: ChartPlace, box: HTMLElement, mark: Mark, vessel?: number): ChartOnMap {
+  return new Chart(place, box, mark, vessel);
 }
 
 class Chart implements ChartOnMap {
@@ -73,10 +76,14 @@ class Chart implements ChartOnMap {
   private loading: number | undefined;
   private asked = new AbortController();
 
-  constructor(private readonly map: OlMap, private readonly box: HTMLElement, { tools, clicks }: ChartPlace, private readonly mark: Mark, private readonly vessel: number | undefined) {
+  private readonly map: OlMap;
+  private readonly ground: OlMap;
+
+  constructor({ ol: map, ground, tools, clicks }: ChartPlace, private readonly box: HTMLElement, private readonly mark: Mark, private readonly vessel: number | undefined) {
+    [this.map, this.ground] = [map, ground];
     let restyled = (): void => undefined;
     this.styles = createStyles(() => restyled());
-    this.layers = createLayers(map, this.styles, () => (this.due = true), () => this.lost());
+    this.layers = createLayers(ground, this.styles, () => (this.due = true), () => this.lost());
     restyled = this.layers.changed;
     const depth = tools.line("chart-depth");
     this.note = tools.line("chart-note");
@@ -116,11 +123,11 @@ class Chart implements ChartOnMap {
   }
 
   private listen(clicks: Clicks): void {
-    const { map } = this;
+    const { map, ground } = this;
     this.here.addEventListener("click", () => void this.ask(map.getView().getCenter() ?? [0, 0], true));
-    map.on("moveend", () => this.moved());
+    ground.on("moveend", () => this.moved());
     // Before all tiles are there, nobody knows that something is missing.
-    map.on("rendercomplete", () => {
+    ground.on("rendercomplete", () => {
       if (!this.drawn) return;
       if (this.due) this.tell();
       this.due = false;
@@ -214,8 +221,8 @@ class Chart implements ChartOnMap {
   /** Other tiles are wanted from the next picture on. */
   private redraw(): void {
     this.drawn = false;
-    this.map.once("postrender", () => (this.drawn = true));
-    this.map.render();
+    this.ground.once("postrender", () => (this.drawn = true));
+    this.ground.render();
   }
 
   private drawSafety(): void {

@@ -3,7 +3,7 @@
 
 import { createReader, type Reader } from "../../params/reading";
 import { type DepthLimits, ownLimits } from "../../state/chart";
-import { GUARD_ENTITY } from "../../state/teleop";
+import { GUARD_ENTITY } from "../../state/guard";
 
 /** A vessel that has told is looked at again so often, ms. */
 const AGAIN_MS = 60_000;
