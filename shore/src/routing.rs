@@ -343,9 +343,7 @@ fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zo
     if within.is_none() && avoid.is_empty() {
         return Ok(None);
     }
-    Zones::new(within, avoid, margin_m)
-        .map(Some)
-        .map_err(|error| wrong::zone(error).of_field("zones"))
+    Zones::new(within, avoid, margin_m).map(Some).map_err(|error| wrong::zone(error).of_field("zones"))
 }
 
 fn zone(corners: &[[f64; 2]]) -> std::result::Result<Zone, Said> {

@@ -119,7 +119,7 @@ await inBrowser(async (open) => {
       return event.defaultPrevented;
     };
     turn(document.body);
-    return turn(document.querySelector(".map canvas"));
+    return turn(document.querySelector(".map > .ol-viewport"));
   });
   check(!taken, "the page is scrolled, not the map zoomed");
   await page.getByRole("button", { name: "Chart", exact: true }).click();

@@ -65,7 +65,7 @@ await inBrowser(async (open) => {
   // The map is drawn: pixels differ where a vessel is, and a click on it chooses it.
   await page.getByRole("button", { name: "Show all" }).click();
   await look(page, "fleet");
-  const canvas = page.locator(".map canvas").first();
+  const canvas = page.locator(".map > .ol-viewport canvas").first();
   const colours = await canvas.evaluate((canvas) => {
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
     const seen = new Set();

@@ -29,6 +29,12 @@ export function reached(inputs, sources) {
   return seen;
 }
 
+/** What is loaded when it is first needed. */
+function laterParts(inputs) {
+  const loaded = Object.values(inputs).flatMap(({ imports }) => imports).filter(({ kind }) => kind === "dynamic-import");
+  return loaded.map(({ path }) => path).filter((path) => !path.startsWith("src/pages/") && !SOON.includes(path));
+}
+
 /** The texts of the catalogue by bundle: for each of {@link OWN} pages, those of `others`, of the parts that come `soon`, and the
  * `rest`. `source` of a page. */
 export async function wordsByBundle(web, inputs, source) {
@@ -41,11 +47,13 @@ export async function wordsByBundle(web, inputs, source) {
   const first = reached(inputs, ["src/main.ts", ...[...OWN, ...SHARED].map(source)]);
   const main = reached(inputs, ["src/main.ts"]);
   const soon = reached(inputs, SOON);
+  // What one page has from the start may come later on another.
+  const later = reached(inputs, laterParts(inputs));
   const ofPages = (pages) => {
     const sources = reached(inputs, ["src/main.ts", ...pages.map(source)]);
     return words([...scripts.filter(([, where]) => sources.has(where)), ...always]);
   };
-  return { ...Object.fromEntries(OWN.map((page) => [page, ofPages([page])])), others: ofPages(SHARED), soon: words(scripts.filter(([, where]) => soon.has(where) && !main.has(where))), rest: words([...said, ...scripts.filter(([, where]) => !first.has(where))]) };
+  return { ...Object.fromEntries(OWN.map((page) => [page, ofPages([page])])), others: ofPages(SHARED), soon: words(scripts.filter(([, where]) => soon.has(where) && !main.has(where))), rest: words([...said, ...scripts.filter(([, where]) => !first.has(where) || (later.has(where) && !main.has(where)))]) };
 }
 
 /** For esbuild: `lutra:nb/NAME` says the words of that bundle, `lutra:words/NAME` holds them; those that are fetched later are files. */

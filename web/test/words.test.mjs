@@ -8,7 +8,7 @@ import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { keysOfAlarms, keysOfSaid, keysOfScripts, keysOfServer, placesOf } from "../scripts/keys.mjs";
-import { OWN, reached, SHARED, SOON } from "../scripts/words.mjs";
+import { OWN, reached, SHARED, SOON, wordsByBundle } from "../scripts/words.mjs";
 import { pack, unpack } from "../src/words/packed.mjs";
 
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
@@ -71,6 +71,15 @@ test("what is loaded with a page is known, without what it loads later", () => {
   };
   assert.deepEqual([...reached(inputs, ["src/main.ts"])].sort(), ["a", "src/main.ts"]);
   assert.deepEqual([...reached(inputs, ["src/main.ts", "src/pages/x.ts"])].sort(), ["a", "b", "src/main.ts", "src/pages/x.ts"]);
+});
+
+test("what one page has from the start and another later is among the words that come later", async () => {
+  const source = (page) => `src/pages/${page}.ts`;
+  const inputs = Object.fromEntries([...OWN, ...SHARED].map((page) => [source(page), { imports: [] }]));
+  const refusal = (kind) => ({ imports: [{ path: "src/state/refusal.ts", kind }] });
+  Object.assign(inputs, { "src/main.ts": { imports: [] }, "src/state/refusal.ts": { imports: [] }, [source("plan")]: refusal("import-statement"), [source("vessel")]: refusal("dynamic-import") });
+  const bundles = await wordsByBundle(web, inputs, source);
+  assert.deepEqual(["plan", "vessel", "rest"].map((name) => "the chosen place" in bundles[name]), [true, false, true]);
 });
 
 test("a part that is loaded later waits for its words", async () => {

@@ -162,3 +162,18 @@ pub enum ImportState {
     /// A user cancelled it; what was read stays, and uploading it again adds only the rest.
     Cancelled,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::say;
+
+    #[test]
+    fn notes_that_an_earlier_version_kept_are_read_too() {
+        let old: ImportNote = serde_json::from_str(r#""the disk is full""#).unwrap();
+        assert_eq!(old, ImportNote { text: "the disk is full".to_owned(), says: None });
+        let note = ImportNote::from(Said::from(say("cancelled by {name}").with("name", "nils")));
+        let kept = serde_json::to_string(&note).unwrap();
+        assert_eq!(serde_json::from_str::<ImportNote>(&kept).unwrap(), note);
+    }
+}

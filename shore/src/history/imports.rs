@@ -387,7 +387,9 @@ impl Job {
         let off = |text: Said| Err(Broken::Off(text));
         if log.imported().damaged_bytes > GARBAGE_BYTES {
             let most = GARBAGE_BYTES >> 20;
-            let text = say("more than {most} MiB of it are not packets; `lutra-server import` takes it nevertheless");
+            let text = say(
+                "more than {most} MiB of it are not packets; `lutra-server import` takes it nevertheless",
+            );
             return off(text.with("most", most).into());
         }
         let most = self.imports.shared.most_bytes;

@@ -164,7 +164,9 @@ pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<Said>), V
     let (order, repeat) = order(plan, &nodes, &transitions).map_err(|text| vec![text])?;
     let mut notes = Vec::new();
     for (_, node) in nodes.iter().enumerate().filter(|(index, _)| !order.contains(index)) {
-        notes.push(Said::from(say("never reached in the plan, left out")).of_field(&node.maneuver_id.to_str_lossy()));
+        notes.push(
+            Said::from(say("never reached in the plan, left out")).of_field(&node.maneuver_id.to_str_lossy()),
+        );
     }
     let mut maneuvers = Vec::with_capacity(order.len());
     for node in order.iter().filter_map(|index| nodes.get(*index)) {
@@ -201,8 +203,7 @@ fn order(
     transitions: &[PlanTransition],
 ) -> Result<(Vec<usize>, bool), Said> {
     let find = |id: &imc::Text| nodes.iter().position(|node| node.maneuver_id == *id);
-    let mut at = find(&plan.start_man_id)
-        .ok_or_else(|| {
+    let mut at = find(&plan.start_man_id).ok_or_else(|| {
         say("the first maneuver, '{name}', does not exist").with("name", &plan.start_man_id)
     })?;
     let (mut order, mut seen) = (vec![at], BTreeSet::from([at]));
@@ -212,12 +213,15 @@ fn order(
         let Some(to) = next.map(|next| &next.dest_man).filter(|to| **to != *PLAN_END) else {
             return Ok((order, false));
         };
-        at = find(to).ok_or_else(|| say("a transition leads to '{name}', which does not exist").with("name", to))?;
+        at = find(to)
+            .ok_or_else(|| say("a transition leads to '{name}', which does not exist").with("name", to))?;
         if order.first() == Some(&at) {
             return Ok((order, true));
         }
         if !seen.insert(at) {
-            return Err(say("it goes back to '{name}'; only whole plans repeat here").with("name", to).into());
+            return Err(say("it goes back to '{name}'; only whole plans repeat here")
+                .with("name", to)
+                .into());
         }
         order.push(at);
     }
@@ -273,7 +277,8 @@ fn step(id: &str, data: Option<Message>) -> Result<PlanStep, Said> {
             (speed(m.speed, m.speed_units)?, task)
         }
         Some(other) => {
-            let text = say("a {kind} is not edited here; Goto, FollowPath, StationKeeping, Loiter and Rows are");
+            let text =
+                say("a {kind} is not edited here; Goto, FollowPath, StationKeeping, Loiter and Rows are");
             return Err(text.with("kind", other.abbrev()).into());
         }
     };

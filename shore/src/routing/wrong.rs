@@ -2,7 +2,8 @@
 
 use api::{Said, Wording, say};
 use planner::{
-    CurrentGridError, MOST_BORDER_KM, MOST_CURRENT_MPS, MOST_GRID_VALUES, MOST_MARGIN_M, NeedsError, ZoneError,
+    CurrentGridError, MOST_BORDER_KM, MOST_CURRENT_MPS, MOST_GRID_VALUES, MOST_MARGIN_M, NeedsError,
+    ZoneError,
 };
 
 /// The same as the error says in English.
@@ -149,7 +150,10 @@ mod tests {
         }
         let wrong = planner::Needs::depth_and_clearance(f64::NAN, 0.0).validate().unwrap_err();
         assert_eq!(needs(wrong), wrong.to_string().as_str());
-        let far = planner::Request { turn_radius_m: Some(-1.0), ..planner::Request::new(at(63.0, 10.0), at(63.1, 10.0)) };
+        let far = planner::Request {
+            turn_radius_m: Some(-1.0),
+            ..planner::Request::new(at(63.0, 10.0), at(63.1, 10.0))
+        };
         let wrong = far.validate().unwrap_err();
         assert_eq!(needs(wrong), wrong.to_string().as_str());
         let named = needs(wrong);

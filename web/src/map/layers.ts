@@ -1,4 +1,5 @@
-// What lies over what on the map, from below. The chart, its symbols and the graticule are beneath all of it.
+// What lies over what on the map, from below. The chart, its symbols and the graticule are beneath all of it,
+// in a map of their own (`ground.ts`).
 
 const FROM_BELOW = ["nogo", "route", "track", "tail", "rings", "tags", "cursor", "own", "planLines", "planLegs", "planPlaces", "planMarks", "refused", "measure", "vessel"] as const;
 

@@ -161,6 +161,7 @@ class MapOfFleet implements FleetMap {
     this.wheel.dispose();
     this.dark.removeEventListener("change", this.repaint);
     this.chosen.disconnect();
+    this.ground.getTargetElement()?.remove();
     for (const one of [this.ol, this.ground]) one.setTarget(undefined);
   }
 

@@ -188,7 +188,7 @@ export function startData(root: HTMLElement): void {
   if (may) out.follow();
   const Page = () => (
     <>
-      {may ? <section id="take-out"><h2>{t("Files")}</h2><Form out={out} /></section> : <p class="note">{t("Downloading data needs the role researcher; an admin gives it.")}</p>}
+      {may ? <section id="take-out"><h2>{t("Download")}</h2><Form out={out} /></section> : <p class="note">{t("Downloading data needs the role researcher; an admin gives it.")}</p>}
       <Days out={out} may={may} />
       {admin && <Imports imports={imports} />}
     </>

@@ -280,12 +280,12 @@ function follow(order: Order, frame: LiveFrame): void {
     if (took > WATCHED_S) order.over = true;
     // Two lines tell of the vessel, and the slower one may still tell what was before.
     else if (state && state.received_us > order.effectUs && !["ERROR", "SERVICE", "BOOT"].includes(mode)) {
-      end(order, "failed", t("STOP {name}: stopped after {took} s, but GOES ON since {time}: mode {mode}. It was started again.", { name: order.name, took: order.effectS.toFixed(1), time: utc(state.received_us, false), mode }));
+      end(order, "failed", t("STOP {name}: stopped after {took} s, but GOES ON since {time}: mode {mode}. It was started again.", { name: order.name, took: tenths(order.effectS), time: utc(state.received_us, false), mode }));
     }
   } else if (mode === "ERROR") {
     order.effectS = took;
     order.effectUs = state?.received_us ?? 0;
-    tell(order, "done", t("STOP {name}: stopped after {took} s. Motors off, drifting.", { name: order.name, took: took.toFixed(1) }));
+    tell(order, "done", t("STOP {name}: stopped after {took} s. Motors off, drifting.", { name: order.name, took: tenths(took) }));
   } else if (took > EFFECT_S) {
     const values = { name: order.name, seconds: EFFECT_S };
     tell(order, "failed", state ? t("STOP {name}: sent, but NO EFFECT SEEN in {seconds} s; it says mode {mode}. Press STOP again or stop it by other means.", { ...values, mode }) : t("STOP {name}: sent, but NO EFFECT SEEN in {seconds} s; it does not say that it stopped. Press STOP again or stop it by other means.", values));
@@ -302,4 +302,9 @@ function tell(order: Order, stage: string, text: string): void {
 function end(order: Order, stage: string, text: string): void {
   tell(order, stage, text);
   order.over = true;
+}
+
+/** Seconds; nothing takes none. */
+function tenths(seconds: number): string {
+  return Math.max(0.1, seconds).toFixed(1);
 }
