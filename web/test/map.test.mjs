@@ -15,7 +15,7 @@ async function load(path) {
 }
 const { createClicks } = await load("map/clicks");
 const { over } = await load("map/layers");
-const { ringStep_m } = await load("map/scale");
+const { graticuleStep_deg, ringStep_m } = await load("map/scale");
 
 test("a click is taken once: by what is in hand, else by what lies there, else by the place", () => {
   let click = () => undefined;
@@ -42,6 +42,10 @@ test("nothing lies over a vessel", () => {
 
 test("range rings are at round distances that are not too near", () => {
   for (const [least, step] of [[0, 1], [3, 5], [20, 20], [21, 50], [99.9, 100], [100, 100], [6_000, 10_000]]) assert.equal(ringStep_m(least), step, String(least));
+});
+
+test("meridians stand at the least round angle that leaves room for their figures", () => {
+  for (const [resolution, step] of [[0.01, 0.6 / 3600], [1, 6 / 3600], [20, 2 / 60], [1_000, 2], [9_000, 10], [10_000, undefined]]) assert.equal(graticuleStep_deg(resolution, 116), step, String(resolution));
 });
 
 test("course up holds near north too, and ends when somebody turns the map", async () => {

@@ -85,7 +85,7 @@ fn grid(of: &SeaRouteCurrentGrid) -> Result<CurrentGrid, Said> {
         |values: &[Option<f32>]| values.iter().map(|mps| mps.unwrap_or(f32::NAN)).collect::<Vec<_>>();
     let (east_mps, north_mps) = (values(&of.east_mps), values(&of.north_mps));
     CurrentGrid::new(times_s, of.lats_deg.clone(), of.lons_deg.clone(), &east_mps, &north_mps)
-        .map_err(wrong::grid)
+        .map_err(|why| wrong::grid(&why))
 }
 
 /// The areas with speed limits; the others are read as zones.

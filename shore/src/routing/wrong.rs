@@ -61,8 +61,8 @@ pub(super) fn zone(why: ZoneError) -> Said {
 }
 
 /// The same as the error says in English.
-pub(super) fn grid(why: CurrentGridError) -> Said {
-    match why {
+pub(super) fn grid(why: &CurrentGridError) -> Said {
+    match *why {
         CurrentGridError::Axis { axis, number } => {
             say("{axis}: value {number} is not a number or not greater than the one before; sort the grid")
                 .with("axis", axis)
@@ -146,7 +146,7 @@ mod tests {
             CurrentGridError::Speed { component, number: 7, found: 40.5 },
         ];
         for why in grids {
-            assert_eq!(grid(why.clone()), why.to_string().as_str());
+            assert_eq!(grid(&why), why.to_string().as_str());
         }
         let wrong = planner::Needs::depth_and_clearance(f64::NAN, 0.0).validate().unwrap_err();
         assert_eq!(needs(wrong), wrong.to_string().as_str());

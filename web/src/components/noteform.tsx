@@ -42,10 +42,12 @@ export function NoteForm(needs: Needs) {
           </select>
         ))}
         {field("time_us", t("Time (UTC), empty for now"), (marks) => <WhenField marks={marks} value={draft.time} changed={(time) => change({ time })} />)}
+        {withPhoto && field("photo", t("Photo (JPEG, PNG or WebP)"), (marks) => <input ref={photo} {...marks} type="file" accept={PHOTO_KINDS} />)}
+      </div>
+      <div class="filters">
         {field("lat_deg", t("Latitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lat} onInput={(event) => change({ lat: event.currentTarget.value })} />)}
         {field("lon_deg", t("Longitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lon} onInput={(event) => change({ lon: event.currentTarget.value })} />)}
         {"geolocation" in navigator && <button type="button" disabled={locating} onClick={form.here}>{locating ? t("Asking your device …") : t("My position")}</button>}
-        {withPhoto && field("photo", t("Photo (JPEG, PNG or WebP)"), (marks) => <input ref={photo} {...marks} type="file" accept={PHOTO_KINDS} />)}
       </div>
       <FormEnd of={form.end} save={cancel ? t("Save") : t("Write")} cancel={cancel} />
     </form>

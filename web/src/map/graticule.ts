@@ -11,8 +11,8 @@ import { CHART } from "./layers";
 import { CANVAS_FONT, type Palette } from "./palette";
 import { graticuleStep_deg } from "./scale";
 
-/** From one crossing to the next at least, px, along the diagonal. */
-const APART_PX = 140;
+/** From one meridian to the next at least, px: their figures stand side by side. */
+const APART_PX = 116;
 /** Where the projection ends, degrees. */
 const FARTHEST_DEG = 85;
 /** The tools at the right edge cover so much: latitudes stand beside them. */
@@ -50,7 +50,7 @@ export class Graticule extends Layer<Source> {
     const pen = canvas.getContext("2d");
     const [west = 0, south = 0, east = 0, north = 0] = transformExtent(extent ?? [0, 0, 0, 0], "EPSG:3857", "EPSG:4326");
     const [least, most] = [Math.max(south, -FARTHEST_DEG), Math.min(north, FARTHEST_DEG)];
-    const step = graticuleStep_deg((least + most) / 2, viewState.resolution, APART_PX);
+    const step = graticuleStep_deg(viewState.resolution, APART_PX);
     if (!pen || step === undefined) return;
     const at = (lon: number, lat: number): Pixel => apply(coordinateToPixelTransform, fromLonLat([lon, lat])) as [number, number];
     const lines = [

@@ -10,11 +10,8 @@ export function ringStep_m(least_m: number): number {
 const ANGLES_DEG = [10, 5, 2, 1, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60, 30 / 3600, 12 / 3600, 6 / 3600, 3 / 3600, 1.2 / 3600, 0.6 / 3600];
 const EQUATOR_M_PER_DEG = 111_319.49;
 
-/**
- * The least round angle whose square of meridians and parallels has a diagonal of more than `least_px` on the map's projection, at a
- * latitude, degrees, and a resolution, metres of the projection a pixel; undefined where the largest has less.
- */
-export function graticuleStep_deg(latitude_deg: number, resolution: number, least_px: number): number | undefined {
-  const diagonal_px = (EQUATOR_M_PER_DEG / resolution) * Math.hypot(1, 1 / Math.cos((latitude_deg * Math.PI) / 180));
-  return ANGLES_DEG.findLast((angle) => angle * diagonal_px > least_px);
+/** The least round angle that is `least_px` wide on the map, degrees, at a resolution, metres of the projection a pixel; undefined
+ * where none is. Away from the equator it is higher than wide. */
+export function graticuleStep_deg(resolution: number, least_px: number): number | undefined {
+  return ANGLES_DEG.findLast((angle) => (angle * EQUATOR_M_PER_DEG) / resolution >= least_px);
 }

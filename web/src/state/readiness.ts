@@ -3,7 +3,7 @@
 import type { LinkStatus } from "../api/types.gen";
 import { t, tn } from "../words/words";
 import { chartDiffers } from "./alarmwords";
-import type { EntityReading } from "./vitals";
+import { type EntityReading, STATE_WORDS } from "./vitals";
 
 export type Grade = "bad" | "attention" | "starting";
 
@@ -45,7 +45,7 @@ function ofPart({ entity, label, state, description, old }: EntityReading): Rema
   const part = label || t("entity {entity}", { entity });
   if (old) return [{ part, grade: "attention", says: t("does not report any more") }];
   const grade = GRADES[state];
-  return grade ? [{ part, grade, says: description || state }] : [];
+  return grade ? [{ part, grade, says: description || (STATE_WORDS[state] ?? state) }] : [];
 }
 
 function ofLink({ up, backlog_records, backlog_age_s, chart }: LinkStatus): Remark[] {

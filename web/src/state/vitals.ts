@@ -107,7 +107,7 @@ export interface EntityReading {
 }
 
 /** What is not normal, in words. */
-const STATE_WORDS: Readonly<Record<string, string>> = { BOOT: t("starting"), FAULT: t("fault"), ERROR: t("error"), FAILURE: t("failure") };
+export const STATE_WORDS: Readonly<Record<string, string>> = { BOOT: t("starting"), FAULT: t("fault"), ERROR: t("error"), FAILURE: t("failure") };
 /** States from good to bad; the vessel's worst is the worst of its parts. */
 const RANKS = ["NORMAL", "BOOT", "FAULT", "ERROR", "FAILURE"];
 
