@@ -20,7 +20,7 @@ await mkdir(made);
 const source = (page) => `src/pages/${page}.ts${existsSync(`src/pages/${page}.tsx`) ? "x" : ""}`;
 const shared = {
   bundle: true,
-  minify: false,
+  minify: true,
   sourcemap: false,
   metafile: true,
   format: "esm",
@@ -72,7 +72,7 @@ await writeFile(join(made, "manifest.json"), JSON.stringify(manifest, null, 2));
 await build({
   entryPoints: ["src/worker.ts"],
   bundle: true,
-  minify: false,
+  minify: true,
   format: "esm",
   target: "es2022",
   legalComments: "none",

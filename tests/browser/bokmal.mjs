@@ -63,12 +63,20 @@ await inBrowser(async (open) => {
 
   // Chosen on the account page, it goes with the person.
   await logIn(page, url, "admin", oneTime, "nine grey otters");
+  const other = await page.context().newPage();
+  await other.goto(url);
+  await other.locator('body[data-link="up"]').waitFor();
   await page.goto(`${url}/account`);
   await page.getByRole("heading", { name: "Språk" }).waitFor();
   await page.getByLabel("Language of the pages").selectOption("Norsk bokmål");
   await page.getByRole("button", { name: "Choose language" }).click();
   await page.getByText("Sidene er på språket som du valgte.").waitFor();
   check((await page.locator("html").getAttribute("lang")) === "nb", "the page says its language");
+  // A page that is open in another tab offers to be loaded again, and is left as it is until then.
+  await other.getByText("Another language was chosen in another tab.").waitFor();
+  await other.getByRole("button", { name: "Load the page again" }).click();
+  await other.getByText("Direkte", { exact: true }).waitFor();
+  await other.close();
   await stays("account");
   await look(page, "bokmal-account");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
