@@ -12,6 +12,7 @@ mod demo;
 mod disk_full;
 mod figures;
 mod fleet;
+mod fleet_vpn;
 mod gaps;
 mod grafana;
 mod hardware;

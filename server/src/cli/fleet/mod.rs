@@ -64,6 +64,10 @@ pub(super) struct ApplyArguments {
     /// Take the access of this vessel, which is no longer in the file; may be repeated.
     #[arg(long, value_name = "NAME")]
     revoke: Vec<String>,
+    /// Make another key of the server for the VPN where its own is lost and boats have theirs. Every boat is off the VPN until it has
+    /// a new bundle: bring the key back from the backup where there is one.
+    #[arg(long)]
+    new_server_key: bool,
     #[command(flatten)]
     place: Place,
 }
@@ -84,6 +88,8 @@ pub(super) struct BundleArguments {
     /// Leave the sea chart out; it comes by the link, later.
     #[arg(long)]
     no_chart: bool,
+    #[command(flatten)]
+    place: Place,
 }
 
 #[derive(Debug, Args)]
