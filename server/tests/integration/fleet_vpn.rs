@@ -56,7 +56,7 @@ fn a_lost_key_of_the_server_is_not_replaced_where_boats_have_theirs_unless_a_per
             assert_eq!(files(&ashore.data().join("fleet")), before);
         };
         let whole = fs::read(&path).unwrap();
-        for state in ["lost", "damaged"] {
+        for state in ["damaged", "lost"] {
             fs::remove_file(&path).unwrap();
             if state == "damaged" {
                 fs::write(&path, "half").unwrap();

@@ -9,6 +9,7 @@ mod chart_sync;
 mod clients;
 mod clock;
 mod demo;
+mod detections;
 mod disk_full;
 mod figures;
 mod fleet;

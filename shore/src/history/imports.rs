@@ -425,7 +425,7 @@ impl Job {
 }
 
 /// Remedy for a log that was not read to its end.
-const REST: &str = "what was read before stays; upload it again for the rest";
+const REST: &str = "what was read before stays; upload it again for the rest, nothing is added twice";
 
 /// The list of an earlier run; imports that ran then are marked as interrupted.
 fn read_list(path: &Path) -> VecDeque<Import> {

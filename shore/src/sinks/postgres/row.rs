@@ -145,8 +145,8 @@ fn detection(view: &PacketView<'_>, key: Key, received: UtcTime, one: &Detection
     tuple.text(one.protocol.to_string().as_bytes());
     tuple.integer(Type::BigInt, one.tag_id.into());
     tuple.optional(Type::Integer, one.data);
-    tuple.integer(Type::SmallInt, one.snr_db.into());
-    tuple.integer(Type::SmallInt, one.frequency_khz.into());
+    tuple.optional(Type::SmallInt, one.snr_db);
+    tuple.optional(Type::SmallInt, one.frequency_khz);
     tuple.integer(Type::Integer, one.line.into());
     tuple.double(one.pose.map(|pose| pose.place.lat_deg()));
     tuple.double(one.pose.map(|pose| pose.place.lon_deg()));
