@@ -9,7 +9,7 @@ mod chart_sync;
 mod clients;
 mod clock;
 mod demo;
-mod detections;
+mod detection_import;
 mod disk_full;
 mod figures;
 mod fleet;
