@@ -8,8 +8,8 @@ use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 use parquet::file::reader::ChunkReader;
 use std::io::{self, Read};
 
-/// Bytes of a page, unpacked. Writers make pages of 1 MiB, and dictionaries up to the same.
-const PAGE: i64 = 8 << 20;
+/// Bytes of a page, unpacked. Writers make pages of 1 MiB, and dictionaries up to the same; ours may add 1,024 cells of 8 KiB.
+const PAGE: i64 = 16 << 20;
 /// Bytes of all pages of a column in one row group, unpacked.
 const CHUNK: i64 = 1 << 30;
 /// Row groups. We write one for each 32,768 rows.

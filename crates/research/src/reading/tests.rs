@@ -331,7 +331,7 @@ fn texts_and_pages_that_no_detection_has_are_refused_before_they_fill_the_memory
     let study = Study::default();
     let carriers = Carriers { system: Some(STATION), address: &|_| Ok(7), study: &study };
     let refused = read_parquet(Bytes::from(table), &carriers, &mut |_| Ok(())).unwrap_err();
-    assert!(refused.to_string().contains("a page of 20 MiB in the column raw_line, at most 8"), "{refused}");
+    assert!(refused.to_string().contains("a page of 20 MiB in the column raw_line, at most 16"), "{refused}");
     assert_eq!(refused.kind(), std::io::ErrorKind::InvalidData);
 }
 
