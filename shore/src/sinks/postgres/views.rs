@@ -34,7 +34,7 @@ pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
         "CREATE OR REPLACE VIEW \"{schema}\".detections AS SELECT d.time, CASE WHEN clock >= 2 THEN clock_time END AS heard, \
          protocol || '-' || tag AS tag_name, protocol, tag, data, snr_db, frequency_khz, receiver, line, \
          (ARRAY['not set', 'lost', 'set', 'disciplined'])[clock + 1] AS clock, v.name AS vessel, d.src, src_ent, received, \
-         lat_deg, lon_deg, pose_age_s, pose_sigma_m, lines_lost, noise_average, noise_peak, noise_age_s, propeller_rpm, raw, maker{place} \
+         lat_deg, lon_deg, pose_age_s, pose_sigma_m, lines_lost, noise_average, noise_peak, noise_age_s, propeller_rpm, raw{place}, maker \
          FROM (SELECT {time} AS time, src, src_ent, receiver, maker, clock_time, protocol, tag, min(received) AS received, \
          NULLIF(max(snr_db), 0) AS snr_db, NULLIF(max(frequency_khz), 0) AS frequency_khz, min(line) AS line, \
          CASE WHEN min(clock_state) < 2 THEN min(clock_state) ELSE max(clock_state) END AS clock{fused} \
