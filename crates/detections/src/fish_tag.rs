@@ -8,9 +8,10 @@ use units::LatLon;
 impl Detection {
     /// The detection in a TBRFishTag.
     ///
-    /// The message always has a data field: 0 means no data where the coding carries none. So it has the ratio of signal to noise and
-    /// the carrier, where 0 means that the receiver does not say it: a tag that is not above the noise is not heard. Latitude and
-    /// longitude 0/0 mean that the sender did not know its position. Whether the receiver's clock is set follows from its time stamp.
+    /// The message always has a data field: 0 means no data where the coding carries none. So it has the ratio of signal to noise
+    /// and the carrier, where 0 means that the receiver does not say it: a tag that is not above the noise is not heard. Latitude
+    /// and longitude 0/0 mean that the sender did not know its position. Whether the receiver's clock is set follows from its
+    /// time stamp.
     pub fn from_fish_tag(origin: Origin, message: &TBRFishTag) -> Self {
         let protocol = Protocol::numbered(message.trans_protocol.value());
         let data = Some(message.trans_data).filter(|data| *data != 0 || !protocol.is_id_only());
@@ -33,8 +34,8 @@ impl Detection {
         }
     }
 
-    /// As a TBRFishTag; `None` where that would be false: IMC has no number for the coding, the clock was not set, or the receiver is
-    /// of another maker than a file of our own vessels has.
+    /// As a TBRFishTag; `None` where that would be false: IMC has no number for the coding, the clock was not set, or the
+    /// receiver is of another maker than a file of our own vessels has.
     pub fn fish_tag(&self) -> Option<TBRFishTag> {
         let number = self.protocol.number()?;
         self.clock.utc()?;

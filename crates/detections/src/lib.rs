@@ -9,8 +9,8 @@
 //! - [`Event`](imc::messages::Event) (660) with the topic [`TOPIC`], which a Lutra vessel sends for each detection: all of
 //!   it as a tuple list. See [`Detection::report`] for the names.
 //!
-//! Both come in packets of one moment and one entity. They are the same detection where [`Detection::is_same`] says so,
-//! and [`fused`] makes one of them. What no message carried is absent, and stays absent. A receiver is its serial number and, where a
+//! Both come in packets of one moment and one entity. They are the same detection where [`Detection::is_same`] says so, and
+//! [`fused`] makes one of them. What no message carried is absent, and stays absent. A receiver is its serial number and, where a
 //! file of another receiver says it, its [`Maker`].
 //!
 //! [`Listening`] says how a receiver listens, also while it hears nothing: an Event with the topic [`LISTENING_TOPIC`].

@@ -38,12 +38,12 @@ impl Detection {
 
     /// All of it as an Event, a tuple list of these names:
     ///
-    /// `receiver` (serial number), `maker`, `clock` (`set`, `not set`, `disciplined`, `lost`), `clock_s` and `clock_ms` (the receiver's
-    /// count), `protocol` (or `protocol_number` where it has no name), `tag`, `data`, `snr_db`, `frequency_khz`, `line` (running
-    /// number), `lat_deg`, `lon_deg`, `pose_age_s`, `pose_sigma_m`, `lines_lost`, `noise_average`, `noise_peak`, `noise_age_s`,
-    /// `propeller_rpm`, `raw`. Unknown values are left out, but for `snr_db` and `frequency_khz`, which are 0 then: earlier versions
-    /// need them, and wrote 0 where a receiver says no ratio. In `protocol` and `raw`, `%`, `;` and bytes outside printable ASCII
-    /// are written as `%` and two hexadecimal digits.
+    /// `receiver` (serial number), `maker`, `clock` (`set`, `not set`, `disciplined`, `lost`), `clock_s` and `clock_ms` (the
+    /// receiver's count), `protocol` (or `protocol_number` where it has no name), `tag`, `data`, `snr_db`, `frequency_khz`,
+    /// `line` (running number), `lat_deg`, `lon_deg`, `pose_age_s`, `pose_sigma_m`, `lines_lost`, `noise_average`, `noise_peak`,
+    /// `noise_age_s`, `propeller_rpm`, `raw`. Unknown values are left out, but for `snr_db` and `frequency_khz`, which are 0
+    /// then: earlier versions need them, and wrote 0 where a receiver says no ratio. In `protocol` and `raw`, `%`, `;` and bytes
+    /// outside printable ASCII are written as `%` and two hexadecimal digits.
     pub fn report(&self) -> Event {
         let mut list = List::default();
         list.put("receiver", self.receiver);

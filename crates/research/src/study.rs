@@ -197,8 +197,8 @@ impl Study {
         from_us.is_none_or(|from_us| from_us <= time_us).then_some(animal)
     }
 
-    /// The animal that carries a tag, and from when on (µs): from the tag's `from_time`, and where it has none, from its release, or
-    /// its capture; else always.
+    /// The animal that carries a tag, and from when on (µs): from the tag's `from_time`, and where it has none, from its release,
+    /// or its capture; else always.
     pub(crate) fn carrier(&self, tag: &RegisterTag) -> Option<(&RegisterAnimal, Option<i64>)> {
         let animal = self.animals.get(&folded(&tag.animal))?;
         Some((animal, tag.from_us.or(animal.release_us).or(animal.capture_us)))
@@ -215,7 +215,8 @@ impl Study {
         self.deployments.get(&folded(&receiver.name))?.iter().find(holds)
     }
 
-    /// The receiver of a detection. Of several with its number, of makers that are not known, it is the one that was on its vessel then.
+    /// The receiver of a detection. Of several with its number, of makers that are not known, it is the one that was on its
+    /// vessel then.
     fn receiver(&self, detection: &Detection, time_us: i64) -> Option<&RegisterReceiver> {
         let mut all = self.numbered(detection.receiver, detection.maker);
         let first = all.next()?;
@@ -233,8 +234,8 @@ impl Study {
         self.receivers.get(&serial).into_iter().flatten().filter(may_be)
     }
 
-    /// Where the receiver of a serial number and a maker was at a time (µs): its deployment, on whichever vessel or station. `None` also
-    /// where it may be either of two receivers that were deployed then.
+    /// Where the receiver of a serial number and a maker was at a time (µs): its deployment, on whichever vessel or station.
+    /// `None` also where it may be either of two receivers that were deployed then.
     pub(crate) fn deployed(
         &self,
         serial: u32,

@@ -156,8 +156,8 @@ fn whole(done: &Imported, rows: u64, staged: &Path, file: &Path) -> anyhow::Resu
     Err(Partial(text).into())
 }
 
-/// The packets of a table: first all of them in a file, then all into the archive. A command that ends in between leaves the file, and
-/// the next one takes it first.
+/// The packets of a table: first all of them in a file, then all into the archive. A command that ends in between leaves the
+/// file, and the next one takes it first.
 struct Staged {
     /// Being written: not worth anything after a break.
     partial: PathBuf,

@@ -1,4 +1,5 @@
-//! What of a fleet's VPN must not be lost by chance: the server's key, a boat's place, and the steps by which root puts files into force.
+//! What of a fleet's VPN must not be lost by chance: the server's key, a boat's place, and the steps by which root puts files
+//! into force.
 
 use crate::fleet::{Ashore, TWO, files, said};
 use std::fs;

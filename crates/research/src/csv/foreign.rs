@@ -205,8 +205,8 @@ fn measure(text: &str, unit: &str, factors: &[(&str, f64)], decimal: char) -> St
     if matches!(text, "" | "NA") {
         return String::new();
     }
-    // A spreadsheet with decimal commas shows 1340 as `1.340`, and leaves a text `1.340` of a portal as it is: the reader of numbers
-    // asks which of both it is.
+    // A spreadsheet with decimal commas shows 1340 as `1.340`, and leaves a text `1.340` of a portal as it is: the reader of
+    // numbers asks which of both it is.
     if decimal == ',' && super::has_thousands(text) {
         return text.to_owned();
     }

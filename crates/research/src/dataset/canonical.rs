@@ -1,7 +1,7 @@
 //! The canonical CSV of datasets: the format `lutra`, whose bytes are published by their SHA-256.
 
-/// Its number. It changes with any byte that the format `lutra` writes otherwise for the same detections and register, so that a file that
-/// another version of Lutra wrote is not taken for a changed archive.
+/// Its number. It changes with any byte that the format `lutra` writes otherwise for the same detections and register, so that a
+/// file that another version of Lutra wrote is not taken for a changed archive.
 ///
 /// 2: an unknown ratio of signal to noise, or carrier, is empty; 1 wrote 0 and 69.
 pub const CANONICAL_FORMAT: u32 = 2;

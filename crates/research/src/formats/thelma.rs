@@ -1,5 +1,5 @@
-//! The CSV that Thelma Biotel's ComPort writes, of before and of now. Data and ratios that are absent are `-` in both, and a protocol
-//! of unknown carrier has its name alone.
+//! The CSV that Thelma Biotel's ComPort writes, of before and of now. Data and ratios that are absent are `-` in both, and a
+//! protocol of unknown carrier has its name alone.
 
 use super::cells::Cells;
 use super::{Format, Rows};

@@ -1,7 +1,7 @@
 //! Tables of detections of other receivers' programs and of portals, by the names of their columns.
 //!
-//! What a file does not tell stays unknown: the ratio of signal to noise where there is no column or no value of it, and the carrier
-//! where neither the code space nor the protocol names it. The line as it came is kept with the detection.
+//! What a file does not tell stays unknown: the ratio of signal to noise where there is no column or no value of it, and the
+//! carrier where neither the code space nor the protocol names it. The line as it came is kept with the detection.
 
 use super::own::{both, place};
 use super::row::{Row, empty, shown};

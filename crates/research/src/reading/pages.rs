@@ -1,8 +1,8 @@
 //! Sizes of the pages of a Parquet file, from the headers before them: a file of some kilobytes can say that a page unpacks to two
 //! gigabytes, and the library makes room for what a header says.
 //!
-//! A header is a struct in Thrift's compact protocol (parquet.thrift, `PageHeader`): field 2 is the size unpacked, field 3 the size in
-//! the file. One page of each column is in memory at a time, and its dictionary.
+//! A header is a struct in Thrift's compact protocol (parquet.thrift, `PageHeader`): field 2 is the size unpacked, field 3 the
+//! size in the file. One page of each column is in memory at a time, and its dictionary.
 
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 use parquet::file::reader::ChunkReader;

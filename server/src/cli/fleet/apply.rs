@@ -1,9 +1,9 @@
 //! `lutra-server fleet apply`: prints what is to be done, then does it.
 //!
 //! The lines of the audit log about keys come first, then the keys, then one transaction of app.db with names, tokens and their
-//! lines, then the files of the VPN, then the end of what a VPN of the other kind or an earlier version left, then the copy of the
-//! fleet file. So every key is in the log; after a kill a line may be there twice. Each step is atomic, and the next run checks each
-//! again: after any interruption, the same command finishes the work.
+//! lines, then the files of the VPN, then the end of what a VPN of the other kind or an earlier version left, then the copy of
+//! the fleet file. So every key is in the log; after a kill a line may be there twice. Each step is atomic, and the next run
+//! checks each again: after any interruption, the same command finishes the work.
 
 use super::files::{self, Files};
 use super::lock::FleetLock;

@@ -1,7 +1,7 @@
 //! A packet as rows of PostgreSQL's binary COPY.
 //!
-//! Values are exact: integers in the type that holds all of them, singles as `real`, NaN and infinities as they are. A field that an
-//! older sender left out is NULL. Text that is no UTF-8 or holds NUL, which PostgreSQL refuses, is escaped as in CSV
+//! Values are exact: integers in the type that holds all of them, singles as `real`, NaN and infinities as they are. A field that
+//! an older sender left out is NULL. Text that is no UTF-8 or holds NUL, which PostgreSQL refuses, is escaped as in CSV
 //! ([`imc::text::escape`]); nested messages and lists are JSON as in the history.
 
 use super::layout::{DETECTION, KEY, TableId, Type};
@@ -164,6 +164,10 @@ fn detection(view: &PacketView<'_>, key: Key, received: UtcTime, one: &Detection
         None => tuple.null(),
     }
     tuple.text(view.desc().map_or("", |desc| desc.abbrev).as_bytes());
+    match one.maker {
+        Some(maker) => tuple.text(maker.word().as_bytes()),
+        None => tuple.null(),
+    }
     Row { table: TableId::Detections, key, received_us: received.micros(), tuple: tuple.0 }
 }
 

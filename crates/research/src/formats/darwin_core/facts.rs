@@ -1,8 +1,8 @@
 //! Measurements of occurrences: OBIS' extension of measurements and facts.
 //!
-//! Each occurrence has its signal to noise ratio where that is known, and the value of the tag's sensor where the register says what
-//! it means. Length and weight of an animal stand once, with its first occurrence. Identifiers are those of the NERC vocabulary server; a quantity that the register
-//! names in own words has none.
+//! Each occurrence has its signal to noise ratio where that is known, and the value of the tag's sensor where the register says
+//! what it means. Length and weight of an animal stand once, with its first occurrence. Identifiers are those of the NERC
+//! vocabulary server; a quantity that the register names in own words has none.
 
 use super::{cells, id};
 use crate::study::Heard;

@@ -43,8 +43,8 @@ pub(super) trait Tunnel {
     /// A vessel's own file, with its key and address.
     fn path(&self, name: &str) -> PathBuf;
 
-    /// The address at which the files for root, as they are, let in a vessel whose own file is damaged or lost; `None` where it has no
-    /// such place, or where its own file is whole.
+    /// The address at which the files for root, as they are, let in a vessel whose own file is damaged or lost; `None` where it
+    /// has no such place, or where its own file is whole.
     fn standing(&self, name: &str) -> anyhow::Result<Option<Ipv4Addr>>;
 
     /// Names that have a key, or a place in the files for root, in order.

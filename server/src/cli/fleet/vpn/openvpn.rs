@@ -1,9 +1,10 @@
 //! OpenVPN: an authority with the server's certificate, a certificate for each vessel, and files in `DATA/vpn/openvpn`.
 //!
-//! `openvpn.key` in the fleet's folder is the authority with the server's part. `NAME.ovpn` is a vessel's: its address, the name in
-//! its certificate, then certificate, key and the authority's certificate. The name in a certificate is `NAME.SERIAL`, and OpenVPN
-//! lets in only those that have a file of that name in `lutra.ccd`. So the present certificate of a vessel is good and no other, as by
-//! WireGuard the present key: what was replaced, taken, or made by a server that was lost since is refused without a list of it.
+//! `openvpn.key` in the fleet's folder is the authority with the server's part. `NAME.ovpn` is a vessel's: its address, the name
+//! in its certificate, then certificate, key and the authority's certificate. The name in a certificate is `NAME.SERIAL`, and
+//! OpenVPN lets in only those that have a file of that name in `lutra.ccd`. So the present certificate of a vessel is good and no
+//! other, as by WireGuard the present key: what was replaced, taken, or made by a server that was lost since is refused without a
+//! list of it.
 
 use super::super::files::{self, Became, Files};
 use super::super::state;
