@@ -2,6 +2,9 @@
 //!
 //! What a file does not tell stays unknown: the ratio of signal to noise where there is no column or no value of it, and the
 //! carrier where neither the code space nor the protocol names it. The line as it came is kept with the detection.
+//!
+//! Names of columns are those that R packages read: ComPort, VUE and the ids and times of Fathom by actel, Fathom's other columns
+//! and OTN by glatos, ETN by etn. Neither of them says whether ComPort's Unix time has decimals: both are read.
 
 use super::own::{both, place};
 use super::row::{Row, empty, shown};
