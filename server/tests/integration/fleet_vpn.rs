@@ -81,6 +81,10 @@ fn a_lost_key_of_the_server_is_not_replaced_where_boats_have_theirs_unless_a_per
         fs::remove_file(&path).unwrap();
         let told = ashore.apply(&["--new-server-key"]);
         assert!(told.contains("every boat needs a bundle"), "{told}");
+        let kept = fs::read(&path).unwrap();
+        let told = ashore.apply(&["--new-server-key"]);
+        assert!(told.contains("the server has its key of the VPN, which stays"), "{told}");
+        assert_eq!(fs::read(&path).unwrap(), kept);
         assert!(ashore.apply(&[]).contains("nothing to do"));
     }
 }

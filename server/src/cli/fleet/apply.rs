@@ -51,6 +51,9 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     for doubt in look::doubts(&fleet, &config).into_iter().chain(tunnel.doubts(clock::now())?) {
         complain!("note: {doubt}");
     }
+    if arguments.new_server_key && !plan.server_key {
+        complain!("note: --new-server-key does nothing: the server has its key of the VPN, which stays");
+    }
     tell_left(&*tunnel, &fleet, &known, &arguments.revoke)?;
     for name in &arguments.revoke {
         say!("will take the access of {name}");
