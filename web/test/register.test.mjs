@@ -46,5 +46,6 @@ test("a detection is called by the tag that had its code then", () => {
   assert.equal(calledBy(names, heard({})), "Salmon 12", "a name that is the code itself says nothing");
   assert.equal(calledBy(names, heard({ heard_us: null })), "Second", "without a clock by when it was reported");
   assert.equal(calledBy(names, heard({ heard_us: 6_000_000, frequency_khz: 71 })), "");
+  assert.equal(calledBy(names, heard({ heard_us: 6_000_000, frequency_khz: null })), "Second", "of an unknown carrier");
   assert.equal(calledBy(names, heard({ tag_id: 102 })), "");
 });

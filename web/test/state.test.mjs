@@ -129,6 +129,9 @@ test("the tag that was heard last is the newest that any message told", () => {
   const { snr } = withHeard(read, heard(8e6), 9e6);
   assert.deepEqual([snr.value, snr.note, snr.ageS, snr.old], [30, "OPi-103", 1, false], "a coding without a number in TBRFishTag");
   assert.equal(withHeard(vitals(new Map(), new Map(), 9e6), heard(8e6), 9e6).snr.value, 30, "none before");
+  const silent = known({ ...said("TBRFishTag", 9, { trans_id: 7, SNR: 0 }), received_us: 5e6 });
+  assert.equal(vitals(silent, new Map(), 9e6).snr.value, null, "a receiver that does not say it, as a VR2C");
+  assert.equal(withHeard(read, { ...heard(8e6), snr_db: null }, 9e6).snr.value, null);
 });
 
 test("the worst part is told, and parts that say nothing are not hidden", () => {

@@ -146,6 +146,9 @@ pub struct Detection {
     /// Serial number of the receiver.
     #[cfg_attr(test, ts(type = "number"))]
     pub serial_no: i64,
+    /// Its maker in one word, such as `innovasea`, where a file of another receiver said it: makers give the same numbers. Null
+    /// for what vessels report.
+    pub maker: Option<String>,
     /// Number of the tag's protocol, by IMC; null where IMC has none.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub protocol: Option<i64>,
@@ -157,12 +160,12 @@ pub struct Detection {
     /// The tag's measurement, as it was sent; null where it sent none.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub data: Option<i64>,
-    /// Signal to noise ratio, dB.
-    #[cfg_attr(test, ts(type = "number"))]
-    pub snr_db: i64,
-    /// Frequency, kHz.
-    #[cfg_attr(test, ts(type = "number"))]
-    pub frequency_khz: i64,
+    /// Signal to noise ratio, dB; null where the receiver, or the file it came by, does not say it.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub snr_db: Option<i64>,
+    /// Frequency, kHz; null likewise.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub frequency_khz: Option<i64>,
     /// Place in the receiver's memory, which is the running number of its line.
     #[cfg_attr(test, ts(type = "number"))]
     pub memory_address: i64,

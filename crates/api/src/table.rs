@@ -124,6 +124,6 @@ pub struct TableDetection {
     pub latitude: Option<f64>,
     /// WGS-84 longitude of the vessel then, degrees, east positive; null where it did not know.
     pub longitude: Option<f64>,
-    /// Signal to noise ratio, dB.
-    pub snr_db: u8,
+    /// Signal to noise ratio, dB; null where the receiver, or the file it came by, does not say it.
+    pub snr_db: Option<u8>,
 }

@@ -1,5 +1,6 @@
 //! The detection and its fields.
 
+use crate::maker::Maker;
 use crate::protocol::Protocol;
 use imc::Address;
 use units::{LatLon, UtcTime};
@@ -15,6 +16,8 @@ pub struct Detection {
     pub origin: Origin,
     /// Serial number of the receiver.
     pub receiver: u32,
+    /// Its maker, where a file said so: makers give the same numbers. Absent for what vessels report.
+    pub maker: Option<Maker>,
     /// The receiver's clock when the tag was heard.
     pub clock: ReceiverClock,
     /// The coding of the transmission.
@@ -23,10 +26,10 @@ pub struct Detection {
     pub tag_id: u32,
     /// The tag's measurement as it was sent; absent where it sent none.
     pub data: Option<u16>,
-    /// Signal to noise ratio (dB).
-    pub snr_db: u8,
-    /// Carrier (kHz).
-    pub frequency_khz: u8,
+    /// Signal to noise ratio (dB), never 0; absent where the receiver, or its file, does not say it.
+    pub snr_db: Option<u8>,
+    /// Carrier (kHz), never 0; absent likewise.
+    pub frequency_khz: Option<u8>,
     /// Running number of the receiver's line, which is its place in the receiver's memory.
     pub line: u16,
     /// Where the vessel was then; absent where it did not know.
@@ -157,7 +160,8 @@ impl Detection {
     pub fn id(&self) -> String {
         let Self { receiver, clock: ReceiverClock { seconds, millis, .. }, protocol, tag_id, .. } = self;
         let Origin { entity, reported, .. } = self.origin;
-        format!("{receiver}-{seconds}.{millis:03}-{protocol}-{tag_id}-{entity}-{}", reported.micros())
+        let maker = self.maker.map_or_else(String::new, |maker| format!("{maker}:"));
+        format!("{maker}{receiver}-{seconds}.{millis:03}-{protocol}-{tag_id}-{entity}-{}", reported.micros())
     }
 
     /// The tag as people write it: `S256-101`.
@@ -173,15 +177,17 @@ impl Detection {
     fn key(&self) -> impl Ord + '_ {
         let Origin { system, entity, reported, .. } = self.origin;
         let clock = (self.clock.seconds, self.clock.millis);
-        (reported, system, entity, self.receiver, clock, self.tag_id, &self.protocol)
+        (reported, system, entity, (self.receiver, self.maker), clock, self.tag_id, &self.protocol)
     }
 
     /// Takes over from another report of the same detection what this one lacks.
     pub fn complete(&mut self, other: Self) {
-        let Self { origin, clock, data, pose, effort, raw, .. } = other;
+        let Self { origin, clock, data, snr_db, frequency_khz, pose, effort, raw, .. } = other;
         self.origin.received = [self.origin.received, origin.received].into_iter().flatten().min();
         self.clock.state = self.clock.state.with(clock.state);
         self.data = self.data.or(data);
+        self.snr_db = self.snr_db.or(snr_db);
+        self.frequency_khz = self.frequency_khz.or(frequency_khz);
         let says_more = |pose: &Pose| pose.age_s.is_some() || pose.sigma_m.is_some();
         if self.pose.is_none()
             || (pose.as_ref().is_some_and(says_more) && !self.pose.as_ref().is_some_and(says_more))

@@ -8,8 +8,10 @@ use units::LatLon;
 impl Detection {
     /// The detection in a TBRFishTag.
     ///
-    /// The message always has a data field: 0 means no data where the coding carries none. Latitude and longitude 0/0 mean
-    /// that the sender did not know its position. Whether the receiver's clock is set follows from its time stamp.
+    /// The message always has a data field: 0 means no data where the coding carries none. So it has the ratio of signal to noise
+    /// and the carrier, where 0 means that the receiver does not say it: a tag that is not above the noise is not heard. Latitude
+    /// and longitude 0/0 mean that the sender did not know its position. Whether the receiver's clock is set follows from its
+    /// time stamp.
     pub fn from_fish_tag(origin: Origin, message: &TBRFishTag) -> Self {
         let protocol = Protocol::numbered(message.trans_protocol.value());
         let data = Some(message.trans_data).filter(|data| *data != 0 || !protocol.is_id_only());
@@ -18,12 +20,13 @@ impl Detection {
         Self {
             origin,
             receiver: message.serial_no,
+            maker: None,
             clock: ReceiverClock::read(message.unix_timestamp, message.millis),
             protocol,
             tag_id: message.trans_id,
             data,
-            snr_db: message.snr,
-            frequency_khz: message.trans_freq,
+            snr_db: Some(message.snr).filter(|snr_db| *snr_db != 0),
+            frequency_khz: Some(message.trans_freq).filter(|khz| *khz != 0),
             line: message.recv_mem_addr,
             pose: place.map(|place| Pose { place, age_s: None, sigma_m: None }),
             effort: Effort::default(),
@@ -31,10 +34,14 @@ impl Detection {
         }
     }
 
-    /// As a TBRFishTag; `None` where that would be false: IMC has no number for the coding, or the clock was not set.
+    /// As a TBRFishTag; `None` where that would be false: IMC has no number for the coding, the clock was not set, or the
+    /// receiver is of another maker than a file of our own vessels has.
     pub fn fish_tag(&self) -> Option<TBRFishTag> {
         let number = self.protocol.number()?;
         self.clock.utc()?;
+        if self.maker.is_some() {
+            return None;
+        }
         let place = self.pose.map(|pose| pose.place);
         Some(TBRFishTag {
             serial_no: self.receiver,
@@ -43,8 +50,8 @@ impl Detection {
             trans_protocol: TBRFishTagTransProtocol::from(number),
             trans_id: self.tag_id,
             trans_data: self.data.unwrap_or(0),
-            snr: self.snr_db,
-            trans_freq: self.frequency_khz,
+            snr: self.snr_db.unwrap_or(0),
+            trans_freq: self.frequency_khz.unwrap_or(0),
             recv_mem_addr: self.line,
             lat: place.map(LatLon::lat_rad),
             lon: place.map(LatLon::lon_rad),
@@ -82,6 +89,8 @@ mod tests {
         assert_eq!((one.data, one.pose, one.effort, &one.raw), (None, None, Effort::default(), &None));
         assert_eq!(one.clock.utc(), Some(UtcTime::from_micros(1_795_248_000_250_000)));
         assert_eq!(one.fish_tag().unwrap(), tag, "what it says is what it said");
+        assert_eq!((one.snr_db, one.frequency_khz, one.maker), (Some(30), None, None), "0 is no carrier");
+        assert_eq!(told(&TBRFishTag { snr: 0, ..tag.clone() }).snr_db, None, "as a VR2C aboard has it");
         let nowhere = TBRFishTag { lat: Some(0.0), lon: Some(0.0), ..tag.clone() };
         assert_eq!(told(&nowhere).pose, None);
         let no_place = TBRFishTag { lat: Some(f64::NAN), lon: Some(1.0), ..tag.clone() };

@@ -2,6 +2,7 @@
 
 use crate::detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock};
 use crate::list::{List, number};
+use crate::maker::Maker;
 use crate::protocol::Protocol;
 use imc::messages::{Event, Payload as _, TBRFishTag};
 use imc::{PacketView, tuples};
@@ -37,14 +38,16 @@ impl Detection {
 
     /// All of it as an Event, a tuple list of these names:
     ///
-    /// `receiver` (serial number), `clock` (`set`, `not set`, `disciplined`, `lost`), `clock_s` and `clock_ms` (the receiver's count), `protocol`
-    /// (or `protocol_number` where it has no name), `tag`, `data`, `snr_db`, `frequency_khz`, `line` (running number),
-    /// `lat_deg`, `lon_deg`, `pose_age_s`, `pose_sigma_m`, `lines_lost`, `noise_average`, `noise_peak`, `noise_age_s`,
-    /// `propeller_rpm`, `raw`. Unknown values are left out. In `protocol` and `raw`, `%`, `;` and bytes outside printable
-    /// ASCII are written as `%` and two hexadecimal digits.
+    /// `receiver` (serial number), `maker`, `clock` (`set`, `not set`, `disciplined`, `lost`), `clock_s` and `clock_ms` (the
+    /// receiver's count), `protocol` (or `protocol_number` where it has no name), `tag`, `data`, `snr_db`, `frequency_khz`,
+    /// `line` (running number), `lat_deg`, `lon_deg`, `pose_age_s`, `pose_sigma_m`, `lines_lost`, `noise_average`, `noise_peak`,
+    /// `noise_age_s`, `propeller_rpm`, `raw`. Unknown values are left out, but for `snr_db` and `frequency_khz`, which are 0
+    /// then: earlier versions need them, and wrote 0 where a receiver says no ratio. In `protocol` and `raw`, `%`, `;` and bytes
+    /// outside printable ASCII are written as `%` and two hexadecimal digits.
     pub fn report(&self) -> Event {
         let mut list = List::default();
         list.put("receiver", self.receiver);
+        list.known("maker", self.maker);
         list.put("clock", self.clock.state.word());
         list.put("clock_s", self.clock.seconds);
         list.put("clock_ms", self.clock.millis);
@@ -54,8 +57,8 @@ impl Detection {
         }
         list.put("tag", self.tag_id);
         list.known("data", self.data);
-        list.put("snr_db", self.snr_db);
-        list.put("frequency_khz", self.frequency_khz);
+        list.put("snr_db", self.snr_db.unwrap_or(0));
+        list.put("frequency_khz", self.frequency_khz.unwrap_or(0));
         list.put("line", self.line);
         if let Some(Pose { place, age_s, sigma_m }) = self.pose {
             list.put("lat_deg", format_args!("{:.9}", place.lat_deg()));
@@ -88,12 +91,13 @@ impl Detection {
         Some(Self {
             origin,
             receiver: number(&list, "receiver")?,
+            maker: tuples::get(&list, "maker").and_then(Maker::of_word),
             clock,
             protocol: protocol(&list)?,
             tag_id: number(&list, "tag")?,
             data: number(&list, "data"),
-            snr_db: number(&list, "snr_db")?,
-            frequency_khz: number(&list, "frequency_khz")?,
+            snr_db: number(&list, "snr_db").filter(|snr_db| *snr_db != 0),
+            frequency_khz: number(&list, "frequency_khz").filter(|khz| *khz != 0),
             line: number(&list, "line")?,
             pose: pose(&list),
             effort: Effort {
@@ -227,19 +231,22 @@ mod tests {
         ];
         let clock = (any::<u32>(), 0..1_000_u16, told);
         let tag = (protocols(), any::<u32>(), option::of(any::<u16>()));
-        let signal = (any::<u32>(), any::<u8>(), any::<u8>(), any::<u16>());
+        let maker = prop_oneof![Just(None), Just(Some(Maker::Thelma)), Just(Some(Maker::Innovasea))];
+        let known = || option::of(1..=u8::MAX);
+        let signal = ((any::<u32>(), maker), known(), known(), any::<u16>());
         let rest = (option::of(pose()), effort(), option::of("\\PC{0,40}"));
         (origin, clock, tag, signal, rest).prop_map(
             |((system, entity, us), (seconds, millis, told), (protocol, tag_id, data), signal, rest)| {
                 let mut clock = ReceiverClock::read(seconds, millis);
                 clock.state = clock.state.with(told);
-                let ((receiver, snr_db, frequency_khz, line), (pose, effort, raw)) = (signal, rest);
+                let (((receiver, maker), snr_db, frequency_khz, line), (pose, effort, raw)) = (signal, rest);
                 let reported = UtcTime::from_micros(us);
                 let (system, received) = (Address(system), Some(RECEIVED));
                 let origin = Origin { system, entity, reported, received };
                 Detection {
                     origin,
                     receiver,
+                    maker,
                     clock,
                     protocol,
                     tag_id,
@@ -283,7 +290,8 @@ mod tests {
         fn both_messages_are_one_detection_in_either_order(detection in detections()) {
             let whole = read(&packet(&detection, detection.report())).unwrap();
             let Some(tag) = detection.fish_tag() else {
-                prop_assert!(detection.clock.utc().is_none() || detection.protocol.number().is_none());
+                let is_ours = detection.maker.is_none();
+                prop_assert!(!is_ours || detection.clock.utc().is_none() || detection.protocol.number().is_none());
                 return Ok(());
             };
             let brief = read(&packet(&detection, tag)).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::column::{NAME_LETTERS, Rule, Slot, shown};
 use crate::fields::{columns, kind_of, kind_said, name_of, slots};
+use crate::study::maker_of;
 use api::{
     RegisterAnimal, RegisterDeployment, RegisterKind, RegisterReceiver, RegisterRecord, RegisterTag, Wording,
     say,
@@ -192,18 +193,23 @@ fn references(
     }
 }
 
+/// A serial number is a maker's own: two makers may give the same one.
 fn serials(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
-    let mut known: BTreeMap<i64, &str> = BTreeMap::new();
+    let mut known: BTreeMap<i64, Vec<&RegisterReceiver>> = BTreeMap::new();
     for (entry, record) in records.iter().enumerate() {
-        let RegisterRecord::Receiver(RegisterReceiver { serial: Some(serial), name, .. }) = record else {
-            continue;
-        };
-        if let Some(other) = known.insert(*serial, name) {
-            let text = say("{serial} is the serial number of `{other}` already; look at both")
+        let RegisterRecord::Receiver(receiver) = record else { continue };
+        let Some(serial) = receiver.serial else { continue };
+        let same = known.entry(serial).or_default();
+        let maker = maker_of(receiver);
+        let other =
+            same.iter().find(|other| maker.zip(maker_of(other)).is_none_or(|(one, other)| one == other));
+        if let Some(other) = other {
+            let text = say("{serial} is the serial number of `{other}` already; look at both, or give the manufacturer of each where they differ")
                 .with("serial", serial)
-                .with("other", other);
+                .with("other", &other.name);
             faults.push(Fault { entry, column: "serial", text, other: None });
         }
+        same.push(receiver);
     }
 }
 

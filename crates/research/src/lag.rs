@@ -6,7 +6,7 @@
 //! detection waits until that comes, or until it is known to be more than a day away, which is beyond the rule for any interval
 //! up to 48 minutes. What waits is bounded.
 
-use detections::{Detection, Protocol};
+use detections::{Detection, Maker, Protocol};
 use std::collections::{BTreeMap, VecDeque};
 
 /// A neighbour is searched for within this time (s).
@@ -35,7 +35,7 @@ impl Lag {
 }
 
 /// Receiver, protocol, number, carrier.
-type Key = (u32, Protocol, u32, u8);
+type Key = ((u32, Option<Maker>), Protocol, u32, Option<u8>);
 
 /// Detections on their way. They come in order of report, by which it is known what still can come; how far two are apart is
 /// given by the receiver's clock, which may be days off.
@@ -72,7 +72,8 @@ impl Lags {
     pub fn push(&mut self, detection: Detection) {
         let time_us = detection.clock.utc().unwrap_or(detection.origin.reported).micros();
         let place = self.gone + self.waiting.len() as u64;
-        let key = (detection.receiver, detection.protocol.clone(), detection.tag_id, detection.frequency_khz);
+        let receiver = (detection.receiver, detection.maker);
+        let key = (receiver, detection.protocol.clone(), detection.tag_id, detection.frequency_khz);
         let reported_us = detection.origin.reported.micros();
         let before = self.last.insert(key, Last { place, time_us, reported_us });
         let lag_us = before.as_ref().map(|before| time_us.saturating_sub(before.time_us).saturating_abs());

@@ -5,7 +5,7 @@ use api::{
     RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
     RegisterTag,
 };
-use detections::Detection;
+use detections::{Detection, Maker};
 use std::collections::BTreeMap;
 
 /// Carrier of the code spaces of [`CODESPACES`] (kHz).
@@ -24,8 +24,8 @@ pub struct Study {
     animals: BTreeMap<String, RegisterAnimal>,
     /// By protocol in capitals and number.
     tags: BTreeMap<(String, u32), Vec<RegisterTag>>,
-    /// By serial number.
-    receivers: BTreeMap<u32, RegisterReceiver>,
+    /// By serial number, which makers give each for themselves.
+    receivers: BTreeMap<u32, Vec<RegisterReceiver>>,
     /// By name of the receiver, in small letters.
     deployments: BTreeMap<String, Vec<RegisterDeployment>>,
     /// Size of the cells to whose middles places are coarsened, m; absent where places are exact.
@@ -90,7 +90,7 @@ impl Study {
                 }
                 RegisterRecord::Receiver(one) => {
                     if let Some(serial) = one.serial.and_then(|serial| u32::try_from(serial).ok()) {
-                        study.receivers.insert(serial, one);
+                        study.receivers.entry(serial).or_default().push(one);
                     }
                 }
                 RegisterRecord::Deployment(one) => {
@@ -128,7 +128,7 @@ impl Study {
         let animal = tag.and_then(|tag| self.animal(tag, time_us));
         let project = tag.and_then(|tag| self.project(tag, animal));
         let person = |name: &String| self.people.get(&folded(name));
-        let receiver = self.receivers.get(&detection.receiver);
+        let receiver = self.receiver(detection, time_us);
         Heard {
             detection,
             vessel,
@@ -153,9 +153,16 @@ impl Study {
     }
 
     /// Tags of a code, one after another in time; [`is_of_time`] says which is the tag of a moment.
-    pub(crate) fn tags_of(&self, protocol: &str, id: u32, khz: u8) -> impl Iterator<Item = &RegisterTag> {
-        let is_heard =
-            move |tag: &&RegisterTag| tag.frequency_khz.is_none_or(|wanted| wanted == i64::from(khz));
+    /// Where the carrier is not known, it is that of any.
+    pub(crate) fn tags_of(
+        &self,
+        protocol: &str,
+        id: u32,
+        khz: Option<u8>,
+    ) -> impl Iterator<Item = &RegisterTag> {
+        let is_heard = move |tag: &&RegisterTag| {
+            tag.frequency_khz.zip(khz).is_none_or(|(wanted, khz)| wanted == i64::from(khz))
+        };
         self.tags.get(&(protocol.to_uppercase(), id)).into_iter().flatten().filter(is_heard)
     }
 
@@ -190,8 +197,8 @@ impl Study {
         from_us.is_none_or(|from_us| from_us <= time_us).then_some(animal)
     }
 
-    /// The animal that carries a tag, and from when on (µs): from the tag's `from_time`, and where it has none, from its release, or
-    /// its capture; else always.
+    /// The animal that carries a tag, and from when on (µs): from the tag's `from_time`, and where it has none, from its release,
+    /// or its capture; else always.
     pub(crate) fn carrier(&self, tag: &RegisterTag) -> Option<(&RegisterAnimal, Option<i64>)> {
         let animal = self.animals.get(&folded(&tag.animal))?;
         Some((animal, tag.from_us.or(animal.release_us).or(animal.capture_us)))
@@ -208,11 +215,42 @@ impl Study {
         self.deployments.get(&folded(&receiver.name))?.iter().find(holds)
     }
 
-    /// Where the receiver of a serial number was at a time (µs): its deployment, on whichever vessel or station.
-    pub(crate) fn deployed(&self, serial: u32, time_us: i64) -> Option<&RegisterDeployment> {
-        let receiver = self.receivers.get(&serial)?;
-        let all = self.deployments.get(&folded(&receiver.name))?;
-        all.iter().find(|one| within(one.from_us, one.to_us, time_us))
+    /// The receiver of a detection. Of several with its number, of makers that are not known, it is the one that was on its
+    /// vessel then.
+    fn receiver(&self, detection: &Detection, time_us: i64) -> Option<&RegisterReceiver> {
+        let mut all = self.numbered(detection.receiver, detection.maker);
+        let first = all.next()?;
+        let Some(second) = all.next() else { return Some(first) };
+        let system = detection.origin.system.0;
+        let mut all = [first, second].into_iter().chain(all);
+        all.find(|one| self.deployment(one, system, time_us).is_some())
+    }
+
+    /// Receivers with a serial number that are, or may be, of a maker.
+    fn numbered(&self, serial: u32, maker: Option<Maker>) -> impl Iterator<Item = &RegisterReceiver> {
+        let may_be = move |one: &&RegisterReceiver| {
+            maker_of(one).zip(maker).is_none_or(|(registered, maker)| registered == maker)
+        };
+        self.receivers.get(&serial).into_iter().flatten().filter(may_be)
+    }
+
+    /// Where the receiver of a serial number and a maker was at a time (µs): its deployment, on whichever vessel or station.
+    /// `None` also where it may be either of two receivers that were deployed then.
+    pub(crate) fn deployed(
+        &self,
+        serial: u32,
+        maker: Option<Maker>,
+        time_us: i64,
+    ) -> Option<&RegisterDeployment> {
+        let then = |one: &&RegisterDeployment| within(one.from_us, one.to_us, time_us);
+        let all = self.numbered(serial, maker).filter_map(|one| self.deployments.get(&folded(&one.name)));
+        let mut found = all.filter_map(|all| all.iter().find(then));
+        found.next().filter(|_| found.next().is_none())
+    }
+
+    /// Whether a deployment names this vessel or station.
+    pub fn is_carrier(&self, system: u16) -> bool {
+        self.deployments.values().flatten().any(|one| one.vessel == Some(system))
     }
 
     /// Tags that animals carry, with the animals, by protocol and number.
@@ -250,9 +288,10 @@ impl Heard<'_> {
         codespace(self.tag, &detection.protocol.to_string(), detection.frequency_khz)
     }
 
-    /// The receiver's model.
+    /// The receiver's model, by the register; else how its maker calls its receivers.
     pub fn model(&self) -> &str {
-        self.receiver.map(|one| &*one.model).filter(|model| !model.is_empty()).unwrap_or("TBR")
+        let made = self.detection.maker.unwrap_or(Maker::Thelma).model();
+        self.receiver.map(|one| &*one.model).filter(|model| !model.is_empty()).unwrap_or(made)
     }
 }
 
@@ -280,11 +319,17 @@ pub(crate) fn is_of_time(tag: &RegisterTag, time_us: i64) -> bool {
     within(tag.from_us, tag.to_us, time_us)
 }
 
-/// See [`Heard::codespace`].
-pub(crate) fn codespace(tag: Option<&RegisterTag>, protocol: &str, khz: u8) -> String {
+/// The maker of a receiver of the register, by its manufacturer, else by its model.
+pub(crate) fn maker_of(receiver: &RegisterReceiver) -> Option<Maker> {
+    Maker::of(&receiver.manufacturer).or_else(|| Maker::of(&receiver.model))
+}
+
+/// See [`Heard::codespace`]. The protocol alone where the carrier is not known.
+pub(crate) fn codespace(tag: Option<&RegisterTag>, protocol: &str, khz: Option<u8>) -> String {
     if let Some(tag) = tag.filter(|tag| !tag.codespace.is_empty()) {
         return tag.codespace.clone();
     }
+    let Some(khz) = khz else { return protocol.to_owned() };
     // Receivers of Innovasea name the code space itself.
     if protocol.strip_prefix(&format!("A{khz}-")).is_some_and(|rest| !rest.is_empty()) {
         return protocol.to_owned();

@@ -1,21 +1,22 @@
 //! `lutra-server detections`: files of detections in and out, without a running server.
 
 use super::Common;
+use super::Partial;
 use super::data::{Spreadsheet, folder, to_output, vessels};
-use super::say::say;
+use super::say::{complain, say};
 use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand};
 use detections::TagFilter;
-use research::{Carriers, FORMATS, Narrowed};
+use research::{Carriers, FORMATS, Narrowed, ReadDetections};
 use shore::clock;
 use shore::history::heard::{self, HeardFile};
 use shore::identity::{Request as _, vessels as named, with};
 use shore::register::{All, Called, study};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write as _};
-use std::path::PathBuf;
-use store::{DetectionsWanted, Store, TimeRange};
+use std::io::{BufWriter, IntoInnerError};
+use std::path::{Path, PathBuf};
+use store::{DetectionsWanted, Imported, Store, TimeRange};
 use tables::Dialect;
 use units::UtcTime;
 
@@ -24,6 +25,8 @@ pub(super) enum DetectionsCommand {
     /// Write detections as a file, with what the register knows of tags, animals and receivers.
     Export(Box<ExportArguments>),
     /// Take a table of detections into the archive. One bad row refuses the whole file; what is there already is not added twice.
+    ///
+    /// An import that is broken off is finished by the next one. Ends with 3 where only a part came into the archive.
     ///
     /// Tables of Lutra (CSV, Parquet), and of the programs of receivers and portals: ComPort of Thelma, VUE, Fathom, ETN, OTN.
     Import(ImportArguments),
@@ -115,25 +118,103 @@ fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
     let mut store = Store::open(&data)?;
     let ((_, rows), named) = with(&data, async |db| (All, named::List).run(db).await)?;
     let (study, called) = (study(rows), Called::new(&named));
-    let names = called.names();
-    let system = arguments.vessel.as_deref().map(names.address).transpose().map_err(anyhow::Error::msg)?;
-    let carriers = Carriers { system, address: names.address, study: &study };
-    // Packets wait in the data folder, which has the room for them or for nothing.
-    let waiting = data.join("detections.lsf.new");
-    let taken = File::create(&waiting).map_err(anyhow::Error::from).and_then(|made| {
-        let mut out = BufWriter::new(made);
-        let read = heard::packets(file, &carriers, &mut out).with_context(|| file.display().to_string())?;
-        out.flush()?;
-        if let Some(why) = heard::refusal(&read) {
-            bail!("{}: {why}", file.display());
-        }
-        let done = store.import(std::slice::from_ref(&waiting), clock::now(), &mut |_| true)?;
-        Ok((read, done))
+    let address = |text: &str| called.carrier(text, &study);
+    let system = arguments.vessel.as_deref().map(address).transpose().map_err(anyhow::Error::msg)?;
+    let carriers = Carriers { system, address: &address, study: &study };
+    let staged = Staged::of(&data);
+    let taken = staged.finish_earlier(&mut store).and_then(|earlier| {
+        let read = staged.stage(file, &carriers)?;
+        Ok((earlier, read, staged.take(&mut store)?))
     });
-    fs::remove_file(&waiting).ok();
     let closed = store.close();
-    let (read, done) = taken?;
+    let (earlier, read, done) = taken?;
     closed?;
     say!("{} detections, {} new; {} rows of other kinds left out", read.rows, done.added, read.left_out);
-    Ok(())
+    whole(&done, read.rows, &staged.whole, file)?;
+    earlier.map_or(Ok(()), |partial| Err(partial.into()))
+}
+
+/// Whether all of a table came into the archive.
+///
+/// # Errors
+/// It did not: [`Partial`].
+fn whole(done: &Imported, rows: u64, staged: &Path, file: &Path) -> anyhow::Result<()> {
+    for problem in &done.problems {
+        let staged = staged.display().to_string();
+        complain!("{}", problem.replace(&staged, &file.display().to_string()));
+    }
+    if done.problems.is_empty() && done.packets == rows {
+        return Ok(());
+    }
+    // One packet is one detection, in the order of the lines.
+    let text = format!(
+        "{} of {rows} detections of {} came into the archive, in the order of its lines; mend what is said above and import the file \
+         again: nothing is added twice",
+        done.packets,
+        file.display()
+    );
+    Err(Partial(text).into())
+}
+
+/// The packets of a table: first all of them in a file, then all into the archive. A command that ends in between leaves the
+/// file, and the next one takes it first.
+struct Staged {
+    /// Being written: not worth anything after a break.
+    partial: PathBuf,
+    /// Whole.
+    whole: PathBuf,
+}
+
+impl Staged {
+    /// In the data folder, which has the room for it or for nothing.
+    fn of(data: &Path) -> Self {
+        Self { partial: data.join("detections.lsf.new"), whole: data.join("detections.lsf") }
+    }
+
+    /// Takes what an import before this one left. Returns what of that could not be taken.
+    fn finish_earlier(&self, store: &mut Store) -> anyhow::Result<Option<Partial>> {
+        if !self.whole.exists() {
+            return Ok(None);
+        }
+        let done = self.take(store)?;
+        let (found, added) = (done.packets, done.added);
+        if done.problems.is_empty() {
+            complain!(
+                "an import that was broken off before is finished: {found} detections, {added} of them new"
+            );
+            return Ok(None);
+        }
+        done.problems.iter().for_each(|problem| complain!("{problem}"));
+        let text = format!(
+            "of an import that was broken off before {found} detections could be taken, {added} of them new: import its table again, nothing \
+             is added twice"
+        );
+        Ok(Some(Partial(text)))
+    }
+
+    /// Makes packets of a table.
+    fn stage(&self, file: &Path, carriers: &Carriers<'_>) -> anyhow::Result<ReadDetections> {
+        let staged = File::create(&self.partial).map_err(anyhow::Error::from).and_then(|made| {
+            let mut out = BufWriter::new(made);
+            let read =
+                heard::packets(file, carriers, &mut out).with_context(|| file.display().to_string())?;
+            out.into_inner().map_err(IntoInnerError::into_error)?.sync_all()?;
+            if let Some(why) = heard::refusal(&read) {
+                bail!("{}: {why}", file.display());
+            }
+            fs::rename(&self.partial, &self.whole)?;
+            Ok(read)
+        });
+        if staged.is_err() {
+            fs::remove_file(&self.partial).ok();
+        }
+        staged
+    }
+
+    /// Takes the packets into the archive. Those that are there already are not added twice.
+    fn take(&self, store: &mut Store) -> anyhow::Result<Imported> {
+        let done = store.import(std::slice::from_ref(&self.whole), clock::now(), &mut |_| true)?;
+        fs::remove_file(&self.whole).with_context(|| format!("cannot remove {}", self.whole.display()))?;
+        Ok(done)
+    }
 }

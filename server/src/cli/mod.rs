@@ -214,10 +214,25 @@ fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             complain!("lutra-server: {}", told(&error));
-            ExitCode::FAILURE
+            if error.is::<Partial>() { ExitCode::from(PARTIAL) } else { ExitCode::FAILURE }
         }
     }
 }
+
+/// The exit code of a command that did a part of its work.
+const PARTIAL: u8 = 3;
+
+/// A part of the work was done; says which.
+#[derive(Debug)]
+struct Partial(String);
+
+impl std::fmt::Display for Partial {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Partial {}
 
 fn effective(common: &Common) -> anyhow::Result<()> {
     say!("{}", toml::to_string_pretty(&common.load(Vec::new())?)?.trim_end());

@@ -269,7 +269,7 @@ async fn tags_entries_and_gaps_are_told() {
     let places: Vec<_> = heard.detections.iter().map(|one| one.lat_deg.zip(one.lon_deg)).collect();
     assert_eq!(places, [Some((1.1_f64.to_degrees(), 0.18_f64.to_degrees())), None, None]);
     let first = &heard.detections[0];
-    assert_eq!((first.tag_id, first.snr_db, first.heard_us), (77, 30, Some(START_US + 250_000)));
+    assert_eq!((first.tag_id, first.snr_db, first.heard_us), (77, Some(30), Some(START_US + 250_000)));
     assert_eq!(first.protocol_name.as_deref(), Some("R64K"));
     let page: Detections = json(&shore, &of("detections?limit=2&", START_US + 10), &token).await;
     let next = page.next.unwrap();

@@ -298,6 +298,27 @@ async fn a_table_of_a_fixed_receiver_becomes_detections_by_the_register() {
     assert_eq!(rows.len(), 2, "{}", found.body);
     assert!(rows[0].starts_with("2026-11-21 08:00:01.250,VR2W-109924,A69-1303-63366,"), "{}", rows[0]);
     assert!(rows[0].ends_with(",63.44000000,10.40000000"), "{}", rows[0]);
+    for (vessel, told) in [
+        ("0x1C02", "give it a name first (`lutra-server vessel add NAME 0x1C02`)"),
+        ("7", "no vessel or station here has the address 0x0007"),
+        ("0", "0 and 0xFFFF cannot be a vessel's address"),
+        ("0xFFFF", "0 and 0xFFFF cannot be a vessel's address"),
+    ] {
+        let unknown = upload(&shore, &operator, &format!("x.csv&vessel={vessel}"), VUE).await;
+        assert!(
+            unknown.status == StatusCode::BAD_REQUEST && unknown.body.contains(told),
+            "{vessel}: {}",
+            unknown.body
+        );
+    }
+    for entry in [
+        serde_json::json!({"kind": "receiver", "serial": 5, "model": "VR2W"}),
+        serde_json::json!({"kind": "deployment", "receiver": "VR2W-5", "vessel": 0x1C02}),
+    ] {
+        let request = Request::post("/api/v1/register").header(header::CONTENT_TYPE, "application/json");
+        let answer = shore.send(bearer(request, &researcher), Body::from(entry.to_string())).await;
+        assert!(answer.status.is_success(), "{}", answer.body);
+    }
     let other = upload(&shore, &operator, "x.csv&vessel=0x1C02", VUE).await;
     assert_eq!(ended(&shore, &operator, &other).await.added, 2, "of the vessel that the question names");
     let refused = upload(&shore, &operator, "x.csv", "a,b\n1,2\n").await;

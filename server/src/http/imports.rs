@@ -111,10 +111,10 @@ async fn packets(state: &AppState, mut upload: Upload, vessel: Option<String>) -
     let ((_, study), named) = (state.shore.register.study().await?, state.shore.people.vessels());
     let work = move || {
         let called = Called::new(&named);
-        let names = called.names();
-        let system = vessel.map(|text| (names.address)(text.trim())).transpose();
+        let address = |text: &str| called.carrier(text, &study);
+        let system = vessel.as_deref().map(address).transpose();
         let system = system.map_err(|said| ApiError::bad_request(said.of_field("vessel")))?;
-        let carriers = Carriers { system, address: names.address, study: &study };
+        let carriers = Carriers { system, address: &address, study: &study };
         let read = upload.replace(|file, out| heard::packets(file, &carriers, out));
         let read = read.map_err(|error| match error.kind() {
             ErrorKind::StorageFull | ErrorKind::QuotaExceeded => no_room(0),

@@ -229,7 +229,7 @@ async fn detections_that_do_not_fit_have_an_address() {
         assert_eq!(heard, whole, "{order}");
     }
     assert!((whole[0].latitude.unwrap() - 63.44).abs() < 1e-6 && whole[1].longitude.is_none());
-    assert!(whole[0].time == "2026-11-21T08:00:03.500Z" && whole[0].snr_db == 20);
+    assert!(whole[0].time == "2026-11-21T08:00:03.500Z" && whole[0].snr_db == Some(20));
     let one: TableDetections =
         json(&shore, &format!("/api/v1/table/detections?{SPAN}&tag=102"), &token).await;
     assert_eq!(one.rows.len(), 1);

@@ -436,7 +436,7 @@ impl Job {
 
 /// Why a log was not read to its end, with the remedy.
 fn with_rest(why: Said) -> ImportNote {
-    let text = say("{why}; what was read before stays; upload it again for the rest");
+    let text = say("{why}; what was read before stays; upload it again for the rest, nothing is added twice");
     Said::from(text.with_said("why", why)).into()
 }
 

@@ -15,8 +15,8 @@ use api::{
     RegisterKind, RegisterRecord, Role, Said, Vessel, say,
 };
 use imc::Address;
-use research::{KINDS, Names, check, differences, kind_of, kind_said, kind_word, name_of, write_csv};
-use std::collections::BTreeMap;
+use research::{KINDS, Names, Study, check, differences, kind_of, kind_said, kind_word, name_of, write_csv};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Bytes of a file of entries.
 pub const FILE_BYTES: usize = 4 << 20;
@@ -232,7 +232,11 @@ type FindVessel = Box<dyn Fn(&str) -> std::result::Result<u16, Said> + Send>;
 pub struct Called {
     name: Box<dyn Fn(u16) -> String + Send>,
     address: FindVessel,
+    named: BTreeSet<u16>,
 }
+
+/// IMC's addresses of no system and of all.
+const NOT_VESSELS: [u16; 2] = [0, 0xFFFF];
 
 impl Called {
     /// From the named vessels.
@@ -251,7 +255,28 @@ impl Called {
             let found = store::system(&known, text);
             found.map(|address| address.0).map_err(|error| Said::as_is(error.to_string()))
         };
-        Self { name: Box::new(name), address: Box::new(address) }
+        let named = named.iter().map(|vessel| vessel.address).collect();
+        Self { name: Box::new(name), address: Box::new(address), named }
+    }
+
+    /// The vessel or fixed station of detections, by name or address: one that has a name here, or of which the register has a
+    /// deployment.
+    ///
+    /// # Errors
+    /// There is none, with what to do: a slip of the finger would make a vessel that does not exist.
+    pub fn carrier(&self, text: &str, study: &Study) -> std::result::Result<u16, Said> {
+        let address = (self.address)(text.trim())?;
+        let shown = format!("0x{address:04X}");
+        if NOT_VESSELS.contains(&address) {
+            return Err(say("0 and 0xFFFF cannot be a vessel's address.").into());
+        }
+        if self.named.contains(&address) || study.is_carrier(address) {
+            return Ok(address);
+        }
+        let text = say(
+            "no vessel or station here has the address {address}: give it a name first (`lutra-server vessel add NAME {address}`), or register the deployment of its receiver",
+        );
+        Err(text.with("address", shown).into())
     }
 
     /// For reading and writing files of the register.

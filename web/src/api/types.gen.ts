@@ -1195,6 +1195,11 @@ received_us: number,
  */
 serial_no: number, 
 /**
+ * Its maker in one word, such as `innovasea`, where a file of another receiver said it: makers give the same numbers. Null
+ * for what vessels report.
+ */
+maker: string | null, 
+/**
  * Number of the tag's protocol, by IMC; null where IMC has none.
  */
 protocol: number | null, 
@@ -1211,13 +1216,13 @@ tag_id: number,
  */
 data: number | null, 
 /**
- * Signal to noise ratio, dB.
+ * Signal to noise ratio, dB; null where the receiver, or the file it came by, does not say it.
  */
-snr_db: number, 
+snr_db: number | null, 
 /**
- * Frequency, kHz.
+ * Frequency, kHz; null likewise.
  */
-frequency_khz: number, 
+frequency_khz: number | null, 
 /**
  * Place in the receiver's memory, which is the running number of its line.
  */

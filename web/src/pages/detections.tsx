@@ -15,7 +15,7 @@ import { calledBy, FORMATS, tagNames } from "../state/register";
 import { countsOf, tagSeries } from "../state/tags";
 import { pickedUs, spanWrong } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
-import { hexAddress, position, tagName, utc } from "../ui/format";
+import { hexAddress, position, receiverName, tagName, utc } from "../ui/format";
 import { t, tn } from "../words/words";
 
 /** Rows that are shown at first, and more with each asking. */
@@ -184,7 +184,7 @@ function Table({ rows, called, registered }: { readonly rows: readonly Detection
           {rows.map((one) => (
             <tr key={keyOf(one)}>
               <td class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
-              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{registered(one)}</td><td class="whole">{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
+              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{registered(one)}</td><td class="whole">{called(one.system)}</td><td>{receiverName(one)}</td><td>{one.snr_db ?? ""}</td><td>{one.data ?? ""}</td>
               <td class="whole">{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
               <td>{clockWord(one.clock)}</td>
               <td>{one.flags?.map((flag) => flagReason(flag)).join(" ") ?? t("not known")}</td>

@@ -309,7 +309,7 @@ function Table({ page }: Part) {
             {all.map((one) => (
               <tr key={`${one.system}/${one.id}`}>
                 <td class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : utc(one.heard_us)}</td>
-                <td class="whole">{tagName(one)}</td><td class="whole">{page.called(one.system)}</td><td>{one.snr_db}</td>
+                <td class="whole">{tagName(one)}</td><td class="whole">{page.called(one.system)}</td><td>{one.snr_db ?? ""}</td>
                 <td>{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
                 <td class="num">{one.min_lag_s === null ? (one.flags === null ? t("not known") : "") : one.min_lag_s.toFixed(1)}</td>
                 <td>{one.flags === null ? t("not known") : one.flags.map((flag) => flagReason(flag)).join(" ")}</td>

@@ -262,7 +262,7 @@ export function tagNames(entries: readonly RegisterEntry[]): TagNames {
 export function calledBy(names: TagNames, one: Detection): string {
   const us = one.heard_us ?? one.time_us;
   const fits = (tag: RegisterTag): boolean =>
-    (tag.frequency_khz === null || tag.frequency_khz === one.frequency_khz) && (tag.from_us === null || tag.from_us <= us) && (tag.to_us === null || us < tag.to_us);
+    (tag.frequency_khz === null || one.frequency_khz === null || tag.frequency_khz === one.frequency_khz) && (tag.from_us === null || tag.from_us <= us) && (tag.to_us === null || us < tag.to_us);
   const code = codeOf(one.protocol_name ?? String(one.protocol ?? ""), one.tag_id);
   const tag = names.get(code)?.find(fits);
   if (!tag) return "";

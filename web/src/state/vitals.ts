@@ -83,8 +83,8 @@ export function vitals(values: Values, labels: Labels, nowUs: number): Vitals {
     mode: read(mode, number(mode, "op_mode"), meaning(mode, "op_mode"), errors || text(mode, "last_error")),
     plan: read(plan, number(plan, "state"), meaning(plan, "state"), text(plan, "plan_id")),
     progress: read(plan, progress !== null && progress >= 0 ? progress : null, "", text(plan, "man_id")),
-    // A tag is heard when it is near, not by a contract: its age alone tells.
-    snr: { ...read(tag, number(tag, "SNR"), "", tag ? `${meaning(tag, "trans_protocol")}-${number(tag, "trans_id") ?? "?"}` : ""), old: !tag },
+    // A tag is heard when it is near, not by a contract: its age alone tells. 0 dB: the receiver does not say it.
+    snr: { ...read(tag, number(tag, "SNR") || null, "", tag ? `${meaning(tag, "trans_protocol")}-${number(tag, "trans_id") ?? "?"}` : ""), old: !tag },
   };
 }
 

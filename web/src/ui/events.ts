@@ -8,7 +8,7 @@ import { tagSeries } from "../state/tags";
 import { t } from "../words/words";
 import { make, setAttribute } from "./dom";
 import { type EventHandlers, type EventTable, eventTable, type Kind } from "./eventtable";
-import { position, tagName, utc } from "./format";
+import { position, receiverName, tagName, utc } from "./format";
 
 export interface LogTable extends EventTable<LogBookEntry> {
   /** Takes a vessel's entries of a frame. */
@@ -118,9 +118,9 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
       one.heard_us === null ? t("{time}, time of arrival: the receiver's clock is not set or was lost", { time: utc(one.time_us) }) : utc(one.heard_us),
       tagName(one),
       String(one.data ?? ""),
-      String(one.snr_db),
-      String(one.frequency_khz),
-      String(one.serial_no),
+      String(one.snr_db ?? ""),
+      String(one.frequency_khz ?? ""),
+      receiverName(one),
       placeOf(one),
       one.flags?.map((flag) => flagReason(flag)).join(" ") ?? t("not known"),
     ],

@@ -27,6 +27,11 @@ export function tagName(one: { protocol: number | null; protocol_name: string | 
   return `${one.protocol_name ?? one.protocol ?? "?"}-${one.tag_id}`;
 }
 
+/** Its serial number, behind its maker where a file said that: makers give the same numbers. */
+export function receiverName(one: { serial_no: number; maker: string | null }): string {
+  return one.maker ? `${one.maker} ${one.serial_no}` : String(one.serial_no);
+}
+
 /** Degrees and decimal minutes with their hemisphere. */
 export function latitude(deg: number): string {
   return minutes(deg, 2, deg < 0 ? "S" : "N");

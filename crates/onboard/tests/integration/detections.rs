@@ -104,7 +104,7 @@ fn a_detection_before_the_clock_is_set_never_has_a_time_of_day() {
         (first.clock.state, first.clock.utc(), first.clock.micros()),
         (ClockState::NotSet, None, 600_045_000)
     );
-    assert_eq!((first.receiver, first.tag_id, first.data, first.snr_db), (1234, 1705, Some(8), 23));
+    assert_eq!((first.receiver, first.tag_id, first.data, first.snr_db), (1234, 1705, Some(8), Some(23)));
     assert_eq!(first.raw.as_deref(), Some("$001234,0000000600,045,R64K,1705,8,23,69,1"));
     let pose = first.pose.unwrap();
     assert!((pose.place.lat_deg() - 63.33).abs() < 0.001, "where it was when the line came: {pose:?}");

@@ -3,8 +3,8 @@
 //! The VPN has a certificate authority of its own. The authority of the pages (`tls init`) is optional and may be another
 //! organisation's, its certificates cannot be revoked, and browsers trust it: a key from a stolen boat must mean nothing to
 //! them. A certificate is known by the name in it, which is the vessel's with the certificate's own number. The file of that name
-//! gives the vessel its address (`client-config-dir`), and without that file OpenVPN refuses it (`ccd-exclusive`). So a certificate that was
-//! replaced or taken is refused because it has no file, and no list of such certificates must be kept.
+//! gives the vessel its address (`client-config-dir`), and without that file OpenVPN refuses it (`ccd-exclusive`). So a certificate
+//! that was replaced or taken is refused because it has no file, and no list of such certificates must be kept.
 
 use super::INTERFACE;
 use crate::fleet::{Fleet, Network, Vessel};
@@ -215,6 +215,11 @@ const COMMON: &str =
 /// The file of a vessel's certificate in [`PLACES`], which has the name in the certificate.
 pub fn place(network: Network, address: Ipv4Addr) -> String {
     format!("ifconfig-push {address} {}\n", network.mask())
+}
+
+/// The address in what [`place`] wrote; `None` for anything else.
+pub fn placed(text: &str) -> Option<Ipv4Addr> {
+    text.strip_prefix("ifconfig-push ")?.split_whitespace().next()?.parse().ok()
 }
 
 fn inline(text: &mut String, files: [(&str, &str); 4]) {

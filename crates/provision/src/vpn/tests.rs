@@ -48,6 +48,29 @@ fn each_side_lets_through_what_is_for_the_other_alone() {
 }
 
 #[test]
+fn who_has_a_place_is_read_from_the_servers_side_and_one_is_taken_out_of_it() {
+    let fleet = Fleet::read(EXAMPLE).unwrap();
+    let key = VpnKey::from_random([1; 32]);
+    let all: Vec<_> = fleet.vessels.iter().map(|vessel| peer(vessel, &key.public())).collect();
+    let text = wireguard::ashore(&fleet, &key, &all);
+    assert_eq!(wireguard::peers(&text), all);
+    assert_eq!(
+        wireguard::without(&text, "ntnu-otter-02"),
+        wireguard::ashore(&fleet, &key, &[&all[..1], &all[2..]].concat())
+    );
+    assert_eq!(wireguard::without(&text, "ntnu-otter"), text, "a name that begins others");
+    assert_eq!(
+        wireguard::without(&wireguard::ashore(&fleet, &key, &all[..1]), &all[0].name),
+        wireguard::ashore(&fleet, &key, &[])
+    );
+    assert_eq!(wireguard::peers(&text.replace("AllowedIPs = 10.8.0.12/32", "AllowedIPs = half")).len(), 3);
+    assert!(wireguard::peers(&text[..text.len() / 3]).len() < 4 && wireguard::peers("").is_empty());
+    let place = openvpn::place(fleet.vpn.network, all[0].address);
+    assert_eq!(openvpn::placed(&place), Some(all[0].address));
+    assert_eq!(["", "half", "ifconfig-push", "ifconfig-push 10.8"].map(openvpn::placed), [None; 4]);
+}
+
+#[test]
 fn the_firewall_opens_the_doors_and_nothing_else() {
     let text = EXAMPLE.replace("doors = []", "doors = [\"udp/6001\", \"tcp/9090\"]");
     let fleet = Fleet::read(&text).unwrap();

@@ -114,6 +114,23 @@ fn a_code_is_one_tag_at_a_time() {
 }
 
 #[test]
+fn a_serial_number_is_a_makers_own() {
+    let receiver = |name: &str, manufacturer: &str, model: &str| {
+        RegisterRecord::Receiver(RegisterReceiver {
+            name: name.to_owned(),
+            serial: Some(700),
+            manufacturer: manufacturer.to_owned(),
+            model: model.to_owned(),
+            ..RegisterReceiver::default()
+        })
+    };
+    let wrong = |all: &[RegisterRecord]| check_all(all).into_iter().map(|one| one.column).collect::<Vec<_>>();
+    assert_eq!(wrong(&[receiver("a", "VEMCO", ""), receiver("b", "", "TBR 700")]), Vec::<&str>::new());
+    assert_eq!(wrong(&[receiver("a", "VEMCO", ""), receiver("b", "Innovasea", "VR2Tx")]), ["serial"]);
+    assert_eq!(wrong(&[receiver("a", "VEMCO", ""), receiver("b", "", "")]), ["serial"], "it may be the same");
+}
+
+#[test]
 fn a_reference_is_to_something_that_is_there() {
     let project = RegisterRecord::Project(RegisterProject {
         name: "FJORD".to_owned(),

@@ -205,6 +205,11 @@ fn measure(text: &str, unit: &str, factors: &[(&str, f64)], decimal: char) -> St
     if matches!(text, "" | "NA") {
         return String::new();
     }
+    // A spreadsheet with decimal commas shows 1340 as `1.340`, and leaves a text `1.340` of a portal as it is: the reader of
+    // numbers asks which of both it is.
+    if decimal == ',' && super::has_thousands(text) {
+        return text.to_owned();
+    }
     let factor = factors.iter().find(|(name, _)| name.eq_ignore_ascii_case(unit)).map(|(_, factor)| *factor);
     match (factor, text.replacen(decimal, ".", 1).parse::<f64>()) {
         // As it stands: a product has crumbs.
@@ -274,6 +279,33 @@ mod tests {
             (Some(STATION), Some(50.95), Some(5.08), Some(2.5))
         );
         assert!(one.from_us < one.to_us && one.notes == "on a buoy");
+    }
+
+    #[test]
+    fn a_number_that_can_be_two_is_asked_for_and_a_decimal_is_what_it_says() {
+        let weigh = |separator: &str, weight: &str, unit: &str| {
+            let cells = ["animal_id", "animal_project_code", "scientific_name", "weight", "weight_unit"];
+            let row = ["A", "", "Salmo salar", weight, unit].join(separator);
+            let read = read(RegisterKind::Animal, &format!("{}\n{row}\n", cells.join(separator)));
+            let wrong = read.wrong.first().map(|one| (one.column.clone(), one.text.to_string()));
+            let weight_g = read.rows.into_iter().find_map(|row| match row.record {
+                RegisterRecord::Animal(one) => one.weight_g,
+                _ => None,
+            });
+            (weight_g, wrong)
+        };
+        // Commas between cells: decimal points, as portals write them.
+        assert_eq!(weigh(",", "1.340", "kg"), (Some(1_340.0), None));
+        assert_eq!(weigh(",", "1.340", "g"), (Some(1.34), None));
+        // Semicolons: a spreadsheet with decimal commas, where `1.340` is 1340, or a text that it left.
+        assert_eq!(weigh(";", "1,340", "kg"), (Some(1_340.0), None));
+        assert_eq!(weigh(";", "33.6", "g"), (Some(33.6), None));
+        for unit in ["kg", "g"] {
+            let (weight_g, wrong) = weigh(";", "1.340", unit);
+            let (column, text) = wrong.unwrap();
+            assert_eq!((weight_g, &*column), (None, "weight_g"));
+            assert!(text.contains("`1.340` can be 1340 or 1,340 here"), "{text}");
+        }
     }
 
     #[test]

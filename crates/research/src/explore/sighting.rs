@@ -3,7 +3,7 @@
 //! Detections are gathered in pieces that know the names of their own tags: a piece that is forgotten takes its names with it.
 
 use crate::quality::{CLOCK_OFF, CLOCK_WRONG, marks};
-use detections::{Detection, Listening, Origin, Protocol, TagFilter};
+use detections::{Detection, Listening, Maker, Origin, Protocol, TagFilter};
 use std::collections::BTreeMap;
 
 /// As much memory as a name takes, in detections.
@@ -41,8 +41,8 @@ pub(super) struct Listened {
 pub(super) struct Name {
     pub(super) protocol: Protocol,
     pub(super) tag_id: u32,
-    pub(super) khz: u8,
-    pub(super) receiver: u32,
+    pub(super) khz: Option<u8>,
+    pub(super) receiver: (u32, Option<Maker>),
 }
 
 /// A piece of the detections of a time, and how receivers listened, the newest report first. It does not change.
@@ -103,7 +103,7 @@ impl SightingsBuilder {
             protocol: one.protocol.clone(),
             tag_id: one.tag_id,
             khz: one.frequency_khz,
-            receiver: one.receiver,
+            receiver: (one.receiver, one.maker),
         };
         let names = &mut self.kept.names;
         *self.places.entry(name).or_insert_with_key(|name| {

@@ -16,12 +16,13 @@ fn heard(tag_id: u32, after_s: u32, vessel: u16) -> Detection {
     Detection {
         origin: Origin { system: Address(vessel), entity: 1, reported, received: Some(reported) },
         receiver: 1_024,
+        maker: None,
         clock: ReceiverClock { seconds, millis: 250, state: ClockState::Set },
         protocol: Protocol::named("S256"),
         tag_id,
         data: None,
-        snr_db: 20,
-        frequency_khz: 69,
+        snr_db: Some(20),
+        frequency_khz: Some(69),
         line: 0,
         pose: Some(Pose {
             place: LatLon::from_deg(63.44 + f64::from(after_s) * 1e-6, 10.35).unwrap(),

@@ -197,9 +197,9 @@ fn of_detection(heard: &Heard<'_>, put: &mut dyn FnMut(Value<'_>)) {
     put(Value::Degrees(pose.map(|pose| pose.place.lon_deg())));
     put(Value::Real(pose.and_then(|pose| pose.age_s)));
     put(Value::Real(pose.and_then(|pose| pose.sigma_m)));
-    put(Value::Whole(Some(one.snr_db.into())));
+    put(Value::Whole(one.snr_db.map(i64::from)));
     put(Value::Whole(one.data.map(i64::from)));
-    put(Value::Whole(Some(one.frequency_khz.into())));
+    put(Value::Whole(one.frequency_khz.map(i64::from)));
     put(Value::Text(clock.state.word()));
     put(Value::Thousandths(clock.seconds, clock.millis));
     put(Value::Micros(Some(origin.reported)));

@@ -35,7 +35,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.degrees(one.pose.map(|pose| pose.place.lon_deg()));
     sensor(cells, heard);
     cells.nothings(2);
-    cells.whole(Some(one.snr_db.into()));
+    cells.whole(one.snr_db.map(i64::from));
     cells.nothings(2);
     cells.maybe(heard.deployment.map(|deployment| &*deployment.name));
     true
@@ -45,6 +45,6 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
 fn tag_id(heard: &Heard<'_>) -> String {
     let one = heard.detection;
     let (code, protocol) = (heard.codespace(), one.protocol.to_string());
-    let made = format!("A{}-{protocol}", one.frequency_khz);
-    format!("{}-{}", if code == made { &protocol } else { &code }, one.tag_id)
+    let is_made = one.frequency_khz.is_some_and(|khz| code == format!("A{khz}-{protocol}"));
+    format!("{}-{}", if is_made { &protocol } else { &code }, one.tag_id)
 }

@@ -18,12 +18,13 @@ pub(super) fn bare() -> Detection {
     Detection {
         origin: Origin { system: Address(0x0814), entity: 2, reported, received: None },
         receiver: 1_024,
+        maker: None,
         clock: ReceiverClock::read(600, 250),
         protocol: Protocol::named("R64K"),
         tag_id: 7,
         data: None,
-        snr_db: 25,
-        frequency_khz: 69,
+        snr_db: Some(25),
+        frequency_khz: Some(69),
         line: 3,
         pose: None,
         effort: Effort::default(),
@@ -445,13 +446,18 @@ fn a_tag_is_found_by_code_carrier_and_time() {
 fn protocols_without_a_number_keep_their_name() {
     let one = Detection { protocol: Protocol::named("R01M"), tag_id: 802_761, ..bare() };
     let study = Study::default();
-    let other = Detection { frequency_khz: 71, protocol: Protocol::named("S256"), ..bare() };
+    let other = Detection { frequency_khz: Some(71), protocol: Protocol::named("S256"), ..bare() };
     assert_eq!(study.heard(&one, "o", Lag::Unknown).codespace(), "A69-R01M");
     assert_eq!(
         study.heard(&other, "o", Lag::Unknown).codespace(),
         "A71-S256",
         "the numbers stand for 69 kHz"
     );
+    let unknown = Detection { frequency_khz: None, ..one.clone() };
+    assert_eq!(study.heard(&unknown, "o", Lag::Unknown).codespace(), "R01M", "no carrier is made up");
+    let bare = Detection { snr_db: None, ..unknown };
+    let thelma = file(format("thelma").unwrap(), &study, &[(bare, None)]);
+    assert!(thelma.contains(",802761,-,R01M,-,1024\n"), "{thelma}");
     let etn = file(format("etn").unwrap(), &study, &[(one, None)]);
     assert!(etn.contains(",R01M-802761,") && etn.contains(",TBR-1024,"), "{etn}");
 }

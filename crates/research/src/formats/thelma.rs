@@ -1,4 +1,5 @@
-//! The CSV that Thelma Biotel's ComPort writes, of before and of now. Data that are absent are `-` in both.
+//! The CSV that Thelma Biotel's ComPort writes, of before and of now. Data and ratios that are absent are `-` in both, and a
+//! protocol of unknown carrier has its name alone.
 
 use super::cells::Cells;
 use super::{Format, Rows};
@@ -31,7 +32,7 @@ fn old(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.text(&one.protocol.to_string());
     cells.whole(Some(one.tag_id.into()));
     cells.whole(one.data.map(i64::from));
-    cells.whole(Some(one.snr_db.into()));
+    cells.whole(one.snr_db.map(i64::from));
     true
 }
 
@@ -43,8 +44,9 @@ fn new(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.decimals(&format!("{seconds}.{millis:03}"));
     cells.whole(Some(one.tag_id.into()));
     cells.whole(one.data.map(i64::from));
-    cells.text(&format!("{}-{}kHz", one.protocol, one.frequency_khz));
-    cells.whole(Some(one.snr_db.into()));
+    let carrier = one.frequency_khz.map_or_else(String::new, |khz| format!("-{khz}kHz"));
+    cells.text(&format!("{}{carrier}", one.protocol));
+    cells.whole(one.snr_db.map(i64::from));
     cells.whole(Some(one.receiver.into()));
     true
 }

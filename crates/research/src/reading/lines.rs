@@ -3,8 +3,8 @@
 use api::{Wording, say};
 use std::io::{self, BufRead, Read as _};
 
-/// Bytes of a record at most.
-const LONGEST: usize = 8 << 10;
+/// Bytes of a record at most; in other tables of a cell. An IMC packet has room for three times as much.
+pub(super) const LONGEST: usize = 8 << 10;
 /// Cells of a record at most.
 const CELLS: usize = 200;
 

@@ -1,13 +1,18 @@
 //! Tables of detections of other receivers' programs and of portals, by the names of their columns.
 //!
-//! What a file does not tell stays unknown or, where every detection has it, is what our receivers without it report: a signal to
-//! noise ratio of 0 and a carrier of 69 kHz. The line as it came is kept with the detection.
+//! What a file does not tell stays unknown: the ratio of signal to noise where there is no column or no value of it, and the
+//! carrier where neither the code space nor the protocol names it. The line as it came is kept with the detection.
+//!
+//! Names of columns are those that R packages read: ComPort, VUE and the ids and times of Fathom by actel, Fathom's other columns
+//! and OTN by glatos, ETN by etn. Neither of them says whether ComPort's Unix time has decimals: both are read.
 
 use super::own::{both, place};
 use super::row::{Row, empty, shown};
 use super::{Carriers, Wrong};
 use api::{RegisterDeployment, say};
-use detections::{Detection, Effort, Origin, Pose, Protocol, ReceiverClock, SET_AFTER_S};
+use detections::{
+    Detection, Effort, Maker as ReceiverMaker, Origin, Pose, Protocol, ReceiverClock, SET_AFTER_S,
+};
 use imc::Address;
 use units::UtcTime;
 
@@ -20,8 +25,6 @@ pub(super) const LOG_ROW: &str = "DET";
 
 /// The entity of imported detections: IMC's for one that is not known.
 const ENTITY: u8 = 255;
-/// The carrier where a file names none (kHz).
-const KHZ: u8 = 69;
 /// The receiver of rows that are releases of animals (OTN).
 const RELEASE: &str = "release";
 /// The unit of a sensor's count; others are of values that the maker's program has converted.
@@ -40,6 +43,10 @@ pub(super) struct Maker {
     /// Thousandths beside these.
     millis: &'static str,
     receiver: &'static str,
+    /// The model of the receiver, where it has a column of its own.
+    model: &'static str,
+    /// Who made all receivers of such a table; else the model says it, which may stand before the serial number.
+    made_by: Option<ReceiverMaker>,
     /// Code space and number, or the number alone where there is a protocol.
     tag: &'static str,
     protocol: &'static str,
@@ -61,6 +68,8 @@ const NOTHING: Maker = Maker {
     unix: "",
     millis: "",
     receiver: "receiver",
+    model: "",
+    made_by: None,
     tag: "",
     protocol: "",
     data: "",
@@ -78,6 +87,8 @@ pub(super) static FATHOM: Maker = Maker {
     time: "device time (utc)",
     correction: "time correction (s)",
     receiver: "serial number",
+    model: "model",
+    made_by: Some(ReceiverMaker::Innovasea),
     tag: "full id",
     data: "raw data",
     signal: "signal strength (db)",
@@ -95,6 +106,7 @@ pub(super) static MAKERS: [Maker; 6] = [
         unix: "unix timestamp utc",
         millis: "millisecond",
         receiver: "tbr serial number",
+        made_by: Some(ReceiverMaker::Thelma),
         tag: "id",
         protocol: "codetype",
         data: "data",
@@ -105,6 +117,7 @@ pub(super) static MAKERS: [Maker; 6] = [
         known_by: &["date and time (utc)", "unix timestamp (utc)", "id", "protocol", "receiver"],
         time: "date and time (utc)",
         unix: "unix timestamp (utc)",
+        made_by: Some(ReceiverMaker::Thelma),
         tag: "id",
         protocol: "protocol",
         data: "data",
@@ -166,16 +179,18 @@ impl Maker {
             return Ok(None);
         }
         let receiver = self.serial(named)?;
+        let maker = self.maker(row, named);
         let time = self.time(row)?;
         let (protocol, frequency_khz, tag_id) = self.code(row)?;
         let clock = self.clock(time)?;
-        let deployment = carriers.study.deployed(receiver, time.micros());
+        let deployment = carriers.study.deployed(receiver, maker, time.micros());
         let system = self.system(carriers, deployment, named, time)?;
         // Of another station than the one that was named the place is not this one's.
         let station = deployment.filter(|one| one.vessel == Some(system));
         Ok(Some(Detection {
             origin: Origin { system: Address(system), entity: ENTITY, reported: time, received: None },
             receiver,
+            maker,
             clock,
             protocol,
             tag_id,
@@ -195,6 +210,12 @@ impl Maker {
             let wrong = say("`{text}` is not a receiver such as VR2W-109924 or 109924");
             (self.receiver.to_owned(), wrong.with("text", shown(text)))
         })
+    }
+
+    /// By the table, by the column of the model, or by what stands before the serial number.
+    fn maker(&self, row: &Row<'_>, named: &str) -> Option<ReceiverMaker> {
+        let model = row.cell(self.model).or_else(|| named.rsplit_once('-').map(|(model, _)| model));
+        self.made_by.or_else(|| ReceiverMaker::of(model?))
     }
 
     fn time(&self, row: &Row<'_>) -> Result<UtcTime, Wrong> {
@@ -232,8 +253,8 @@ impl Maker {
         })
     }
 
-    /// Protocol, carrier (kHz) and number.
-    fn code(&self, row: &Row<'_>) -> Result<(Protocol, u8, u32), Wrong> {
+    /// Protocol, carrier (kHz) where it is named, and number.
+    fn code(&self, row: &Row<'_>) -> Result<(Protocol, Option<u8>, u32), Wrong> {
         let text = needed(row, self.tag)?;
         let wrong = || {
             let wrong = say(
@@ -244,7 +265,7 @@ impl Maker {
         if self.protocol.is_empty() {
             let (space, id) = text.rsplit_once('-').ok_or_else(wrong)?;
             let carrier = space.strip_prefix('A').and_then(|rest| rest.split_once('-'));
-            let khz = carrier.and_then(|(khz, _)| khz.parse().ok()).unwrap_or(KHZ);
+            let khz = carrier.and_then(|(khz, _)| khz.parse().ok());
             return Ok((Protocol::named(space), khz, id.parse().map_err(|_| wrong())?));
         }
         let id = text.parse().map_err(|_| wrong())?;
@@ -253,7 +274,7 @@ impl Maker {
         let parts = coded.rsplit_once('-').and_then(|(name, carrier)| {
             Some((name, carrier.strip_suffix("kHz").or(carrier.strip_suffix("khz"))?.trim().parse().ok()?))
         });
-        let (name, khz) = parts.unwrap_or((coded, KHZ));
+        let (name, khz) = parts.map_or((coded, None), |(name, khz)| (name, Some(khz)));
         Ok((Protocol::named(name), khz, id))
     }
 
@@ -267,19 +288,21 @@ impl Maker {
         row.whole(self.data)
     }
 
-    fn snr(&self, row: &Row<'_>) -> Result<u8, Wrong> {
+    /// What is not a whole number of 1 to 255 dB, as a signal below the noise, stays in the line alone.
+    fn snr(&self, row: &Row<'_>) -> Result<Option<u8>, Wrong> {
         let ratio = match row.real(self.snr)? {
             Some(snr) => snr,
             None => match row.real(self.signal)?.zip(row.real(self.noise)?) {
                 Some((signal, noise)) => signal - noise,
-                None => return Ok(0),
+                None => return Ok(None),
             },
         };
         if !(0.0..=255.0).contains(&ratio) && !self.snr.is_empty() {
             let wrong = say("{snr} dB is not within 0 to 255; look for a shifted column");
             return Err((self.snr.to_owned(), wrong.with("snr", ratio)));
         }
-        Ok(ratio.round().clamp(0.0, 255.0) as u8)
+        let rounded = ratio.round();
+        Ok((1.0..=255.0).contains(&rounded).then_some(rounded as u8))
     }
 
     /// The place of the file, else that of the fixed station.

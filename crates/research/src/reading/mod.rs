@@ -6,6 +6,7 @@
 mod lines;
 mod makers;
 mod own;
+mod pages;
 mod parquet;
 mod row;
 #[cfg(test)]

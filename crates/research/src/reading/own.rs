@@ -4,7 +4,7 @@
 use super::row::{Row, empty, shown};
 use super::{Carriers, Wrong};
 use api::say;
-use detections::{ClockState, Detection, Effort, Noise, Origin, Pose, Protocol, ReceiverClock};
+use detections::{ClockState, Detection, Effort, Maker, Noise, Origin, Pose, Protocol, ReceiverClock};
 use imc::Address;
 use std::borrow::Cow;
 use units::LatLon;
@@ -30,12 +30,14 @@ pub(super) fn detection(row: &Row<'_>, carriers: &Carriers<'_>) -> Result<Detect
     let detection = Detection {
         origin,
         receiver: row.whole("receiver")?.ok_or_else(|| empty("receiver"))?,
+        maker: maker(&row.needed("detection_id")?),
         clock: clock(row)?,
         protocol: protocol.parse().map_or_else(|_| Protocol::named(&protocol), Protocol::numbered),
         tag_id: row.whole("tag_id")?.ok_or_else(|| empty("tag_id"))?,
         data: row.whole("sensor_value")?,
-        snr_db: row.whole("snr")?.ok_or_else(|| empty("snr"))?,
-        frequency_khz: row.whole("frequency")?.ok_or_else(|| empty("frequency"))?,
+        // Earlier versions wrote 0 where it was not known.
+        snr_db: row.whole("snr")?.filter(|snr_db| *snr_db != 0),
+        frequency_khz: row.whole("frequency")?.filter(|khz| *khz != 0),
         line: row.whole("memory_address")?.unwrap_or_default(),
         pose: pose(row)?,
         effort: Effort {
@@ -54,6 +56,11 @@ pub(super) fn detection(row: &Row<'_>, carriers: &Carriers<'_>) -> Result<Detect
         return Err(("detection_id".to_owned(), text));
     }
     Ok(detection)
+}
+
+/// The maker of the receiver stands in the id alone.
+fn maker(id: &str) -> Option<Maker> {
+    id.split_once(':').and_then(|(word, _)| Maker::of_word(word))
 }
 
 /// The entity that reported it stands in the id alone.

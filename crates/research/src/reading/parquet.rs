@@ -1,9 +1,11 @@
-//! Our own table as Parquet, row by row.
+//! Our own table as Parquet, row by row. Its pages are measured before any is unpacked ([`super::pages`]).
 //!
 //! The library that reads it panics on some damaged files: that is caught here and is damage like any other.
 
+use super::pages;
 use super::row::{Columns, Row};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
 use parquet::file::reader::{ChunkReader, FileReader as _, SerializedFileReader};
 use parquet::record::Field;
 use std::io;
@@ -16,11 +18,14 @@ use units::UtcTime;
 /// It is not a whole file of Parquet.
 pub(super) fn columns<R: ChunkReader + 'static>(input: &R) -> io::Result<Columns> {
     caught(|| {
-        let footer = parquet::file::metadata::ParquetMetaDataReader::new().parse_and_finish(input);
-        let footer = footer.map_err(|error| damaged(&error))?;
+        let footer = footer(input)?;
         let fields = footer.file_metadata().schema().get_fields();
         Ok(Columns::named(fields.iter().map(|field| field.name().to_owned()).collect()))
     })
+}
+
+fn footer<R: ChunkReader>(input: &R) -> io::Result<ParquetMetaData> {
+    ParquetMetaDataReader::new().parse_and_finish(input).map_err(|error| damaged(&error))
 }
 
 /// Hands over each row.
@@ -32,6 +37,7 @@ pub(super) fn each<R: ChunkReader + 'static>(
     columns: &Columns,
     take: &mut dyn FnMut(&Row<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
+    caught(|| pages::measure(&input, &footer(&input)?))?;
     let file = caught(|| SerializedFileReader::new(input).map_err(|error| damaged(&error)))?;
     let mut rows = caught(|| file.get_row_iter(None).map_err(|error| damaged(&error)))?;
     let mut values: Vec<String> = Vec::new();

@@ -1,7 +1,7 @@
 //! A row of a table by the names of its columns.
 
 use super::Wrong;
-use super::lines::Record;
+use super::lines::{LONGEST, Record};
 use api::{Wording, say};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -72,8 +72,17 @@ impl<'r> Row<'r> {
         Self { line, raw: "", columns, cells: Cells::Values(values), decimal_comma: false }
     }
 
-    /// Whether it has a cell for each column.
+    /// Whether it has a cell for each column, and no text that no detection has.
     pub(super) fn is_whole(&self) -> Result<(), Wrong> {
+        if let Cells::Values(values) = self.cells
+            && let Some((at, text)) = values.iter().enumerate().find(|(_, text)| text.len() > LONGEST)
+        {
+            let column = self.columns.names.get(at).cloned().unwrap_or_default();
+            let text = say("is {n} bytes long, a cell has at most {most}: take out what is not of the receiver, or leave the cell empty")
+                .with("n", text.len())
+                .with("most", LONGEST);
+            return Err((column, text));
+        }
         let n = match self.cells {
             Cells::Record(record) => record.len(),
             Cells::Values(values) => values.len(),

@@ -2,7 +2,7 @@ use super::*;
 use crate::{About, LUTRA, Lag, Writer, format};
 use ::bytes::Bytes;
 use api::{RegisterReceiver, RegisterRecord};
-use detections::{ClockState, Effort, Noise, Origin, Pose, Protocol, ReceiverClock};
+use detections::{ClockState, Effort, Maker, Noise, Origin, Pose, Protocol, ReceiverClock};
 use imc::Address;
 use proptest::prelude::*;
 use tables::Dialect;
@@ -65,7 +65,7 @@ fn any() -> impl Strategy<Value = Detection> {
     let noise = proptest::option::of((0..=u8::MAX, 0..=u8::MAX, 0..100_000_u32));
     (
         (0..86_400_000_000_i64, 0..1_000_u16, states, 0..=u32::MAX),
-        (pose, raw, noise, proptest::option::of(0..=u16::MAX), 0..=u8::MAX),
+        (pose, raw, noise, proptest::option::of(0..=u16::MAX), proptest::option::of(1..=u8::MAX)),
         prop_oneof![
             Just(Protocol::named("S256")),
             Just(Protocol::named("A69-9001")),
@@ -81,12 +81,13 @@ fn any() -> impl Strategy<Value = Detection> {
                     received: None,
                 },
                 receiver: 1_024,
+                maker: (tag_id % 2 == 0).then_some(Maker::Innovasea),
                 clock: ReceiverClock { seconds: 1_795_248_000, millis, state },
                 protocol,
                 tag_id,
                 data,
                 snr_db,
-                frequency_khz: 69,
+                frequency_khz: (tag_id % 3 > 0).then_some(69),
                 line: data.unwrap_or(7),
                 pose: pose.map(|((lat, lon), age)| Pose {
                     place: LatLon::from_deg(lat, lon).unwrap(),
@@ -144,7 +145,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "A69-1303-63366",
             1_250_000,
             Some(12),
-            0,
+            None,
             63.5,
         ),
         (
@@ -152,7 +153,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "A69-1303-63366",
             1_000_000,
             None,
-            0,
+            None,
             63.44,
         ),
         (
@@ -160,7 +161,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "R64K-77",
             1_250_000,
             None,
-            31,
+            Some(31),
             63.44,
         ),
         (
@@ -168,7 +169,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "S64K-77",
             1_250_000,
             Some(9),
-            31,
+            Some(31),
             63.44,
         ),
         (
@@ -176,7 +177,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "A180-1702-4",
             1_250_000,
             Some(5),
-            21,
+            Some(21),
             63.44,
         ),
         (
@@ -184,7 +185,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "R01M-802761",
             1_000_000,
             None,
-            0,
+            None,
             51.1,
         ),
         (
@@ -192,7 +193,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "A69-9001-24395",
             1_000_001,
             None,
-            0,
+            None,
             63.5,
         ),
         (
@@ -200,7 +201,7 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             "A69-9001-24395",
             1_000_000,
             None,
-            0,
+            None,
             63.5,
         ),
     ];
@@ -225,6 +226,113 @@ fn files_of_other_programs_are_detections_of_their_receivers() {
             assert_eq!(read(text.as_bytes(), Some(7)).1[0].origin.system, Address(7));
         }
     }
+}
+
+#[test]
+fn what_a_file_does_not_say_of_the_signal_is_absent() {
+    const NEW: &str = "Date and Time (UTC),Unix Timestamp (UTC),ID,Data,Protocol,SNR,Receiver\n2026-11-21 08:00:01.250,1795248001.250,77,9,";
+    const FATHOM: &str = "VEMCO DATA LOG,2.0.0,x\nDET_DESC,Device Time (UTC),Model,Serial Number,Full ID,Signal Strength (dB),Noise (dB)\nDET,2026-11-21 08:00:01,VR2AR,109924,A180-1702-4,";
+    let cases = [
+        (format!("{NEW}S64K-71kHz,31,109924\n"), Some(31), Some(71)),
+        (format!("{NEW}S64K-71kHz,-,109924\n"), None, Some(71)),
+        (format!("{NEW}S64K,,109924\n"), None, None),
+        (format!("{FATHOM}60.5,40\n"), Some(21), Some(180)),
+        (format!("{FATHOM},\n"), None, Some(180)),
+        (format!("{FATHOM}40,60.5\n"), None, Some(180)),
+        ("date_time,acoustic_tag_id,receiver_id,signal_to_noise_ratio\n2026-11-21T08:00:01Z,R01M-8,TBR800-109924,NA\n".to_owned(), None, None),
+    ];
+    for (text, snr_db, khz) in cases {
+        let (told, all) = read(text.as_bytes(), None);
+        assert_eq!(told.wrong, [], "{text}");
+        assert_eq!((all[0].snr_db, all[0].frequency_khz), (snr_db, khz), "{text}");
+        let table = String::from_utf8(written(LUTRA, Dialect::Plain, &all)).unwrap();
+        let cell = |value: Option<u8>| value.map_or_else(String::new, |value| value.to_string());
+        let data = all[0].data.map_or_else(String::new, |data| data.to_string());
+        assert!(table.contains(&format!(",{},{data},{},set,", cell(snr_db), cell(khz))), "{table}");
+        // Earlier versions wrote 0 there.
+        let earlier = table.replacen(&format!(",,{data},"), &format!(",0,{data},"), 1);
+        assert_eq!(read(earlier.as_bytes(), Some(STATION)).1[0].snr_db, snr_db, "{earlier}");
+    }
+}
+
+#[test]
+fn receivers_of_two_makers_with_one_serial_number_are_two() {
+    let receiver = |name: &str, manufacturer: &str| {
+        RegisterRecord::Receiver(RegisterReceiver {
+            name: name.to_owned(),
+            serial: Some(700),
+            manufacturer: manufacturer.to_owned(),
+            ..Default::default()
+        })
+    };
+    let deployed = |receiver: &str, vessel| {
+        RegisterRecord::Deployment(api::RegisterDeployment {
+            receiver: receiver.to_owned(),
+            vessel: Some(vessel),
+            ..Default::default()
+        })
+    };
+    let study = Study::new([
+        receiver("north", "VEMCO"),
+        receiver("south", "Thelma Biotel"),
+        deployed("north", 0x1C01),
+        deployed("south", 0x1C02),
+    ]);
+    let carriers = Carriers { system: None, address: &|_| Ok(7), study: &study };
+    let heard = |text: &str| {
+        let mut all = Vec::new();
+        let mut take = |one| {
+            all.push(one);
+            Ok(())
+        };
+        let told = read_detections(text.as_bytes(), &carriers, &mut take).unwrap();
+        (told.wrong, all)
+    };
+    let rows = [
+        "Date and Time (UTC),Receiver,Transmitter\n2026-11-21 08:00:01,VR2W-700,R64K-5\n",
+        "Date and Time (UTC),Unix Timestamp (UTC),ID,Data,Protocol,SNR,Receiver\n2026-11-21 08:00:01,1795248001,5,-,R64K,-,700\n",
+    ];
+    let all: Vec<Detection> = rows.iter().flat_map(|text| heard(text).1).collect();
+    assert_eq!(all.iter().map(|one| one.origin.system.0).collect::<Vec<_>>(), [0x1C01, 0x1C02]);
+    let named = |one: &Detection| study.heard(one, "s", Lag::Unknown).receiver.map(|one| one.name.clone());
+    assert_eq!(
+        all.iter().map(named).collect::<Vec<_>>(),
+        ["north", "south"].map(|name| Some(name.to_owned()))
+    );
+    // On one station, at one moment, too.
+    let mut twin = all[0].clone();
+    twin.maker = all[1].maker;
+    assert!(!twin.is_same(&all[0]) && twin.id() != all[0].id());
+    assert!(all[0].id().starts_with("innovasea:700-"), "{}", all[0].id());
+    // What our own vessels report has the id of before, and is the receiver that was there.
+    let own = Detection { maker: None, ..all[1].clone() };
+    assert!(own.id().starts_with("700-") && named(&own).as_deref() == Some("south"));
+    // Without its maker it may be either.
+    let (wrong, _) = heard("datecollectedutc,receiver,tagname\n2026-11-21 08:00:01,700,A69-9001-24395\n");
+    assert!(wrong[0].text.to_string().contains("does not say where the receiver 700 was"), "{wrong:?}");
+}
+
+#[test]
+fn texts_and_pages_that_no_detection_has_are_refused_before_they_fill_the_memory() {
+    let (_, all) =
+        read(b"Date and Time (UTC),Receiver,Transmitter\n2026-11-21 08:00:01,VR2W-109924,A69-9001-5\n", None);
+    let parquet = |bytes: usize| {
+        let one = Detection { raw: Some("x".repeat(bytes)), ..all[0].clone() };
+        written(format("parquet").unwrap(), Dialect::Plain, &[one])
+    };
+    let whole = |bytes: usize| read(&parquet(bytes), Some(STATION)).0;
+    assert_eq!(whole(8 << 10).wrong, []);
+    let WrongCell { line, column, text } = &whole((8 << 10) + 1).wrong[0];
+    assert_eq!((*line, &**column), (2, "raw_line"));
+    assert!(text.to_string().contains("is 8193 bytes long, a cell has at most 8192"), "{text}");
+    // 20 MiB of one letter, packed to a small file.
+    let table = parquet(20 << 20);
+    assert!(table.len() < 2 << 20, "{} bytes", table.len());
+    let study = Study::default();
+    let carriers = Carriers { system: Some(STATION), address: &|_| Ok(7), study: &study };
+    let refused = read_parquet(Bytes::from(table), &carriers, &mut |_| Ok(())).unwrap_err();
+    assert!(refused.to_string().contains("a page of 20 MiB in the column raw_line, at most 16"), "{refused}");
+    assert_eq!(refused.kind(), std::io::ErrorKind::InvalidData);
 }
 
 #[test]

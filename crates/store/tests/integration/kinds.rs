@@ -211,7 +211,7 @@ fn detections_of_both_sizes_and_log_books_are_told() {
     assert_eq!(places, [None, Some((1.0, 0.25))]);
     let one = &heard[1];
     assert_eq!((one.clock.utc(), one.receiver), (Some(utc(START_US + 250_000)), 1_024));
-    assert_eq!((one.tag_id, one.snr_db), (77, 30));
+    assert_eq!((one.tag_id, one.snr_db), (77, Some(30)));
     let count = |reader: &mut Reader, system, came, rows| {
         reader.detections(system, TimeRange::ALL, came, Order::Oldest, Page::first(rows)).unwrap().items.len()
     };

@@ -1,11 +1,12 @@
 //! `lutra-server fleet rotate` and `revoke`: new link tokens and VPN keys for a vessel, or an end to its access.
 
-use super::files::Files;
+use super::files::{Became, Files};
 use super::lock::FleetLock;
 use super::vpn::{self, Leftover, tell_next, write_vpn};
 use super::{Place, RotateArguments, state};
 use crate::cli::Common;
 use crate::cli::say::{complain, say};
+use crate::tls::DAY_US;
 use anyhow::{Context as _, ensure};
 use provision::{Fleet, VpnKind};
 use shore::clock;
@@ -15,13 +16,11 @@ use std::net::Ipv4Addr;
 use std::path::Path;
 use units::UtcTime;
 
-pub(super) const DAY_US: i64 = 86_400_000_000;
-
 /// `lutra-server fleet rotate`.
 pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
     let _lock = FleetLock::take(&config.data, "fleet rotate")?;
-    let files = Files::new(&config.data, arguments.place.vpn_dir.as_deref());
+    let files = Files::of(&config, &arguments.place);
     let fleet = state::applied(&files)?;
     let vessel = fleet
         .vessel(&arguments.name)
@@ -33,6 +32,7 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
     let older = if grace_days > 0 { Older::Until(until) } else { Older::End };
     let vpn = arguments.vpn.then_some((fleet.vpn.kind, vessel.vpn_address));
     if vpn.is_some() {
+        vpn::require_server_key(&*vpn::of(fleet.vpn.kind, &files), &files)?;
         log_new_key(&config.data, &files, &fleet, &name, now)?;
     }
     let rotate = Rotate {
@@ -81,12 +81,12 @@ fn put_in_force(files: &Files, fleet: &Fleet, name: &str, now: UtcTime) -> anyho
     tell_doubts(files, fleet, now)?;
     let written = write_vpn(files, fleet).with_context(|| {
         format!(
-            "not all files of the VPN were written: the old key of {name} may come in, and its new one may not. Run `lutra-server fleet rotate \
-             {name} --vpn` again; until then {}",
+            "not all files of the VPN were written: the old key of {name} may come in, and its new one may not. Run `lutra-server fleet \
+             rotate {name} --vpn` again; until then {}",
             by_hand(fleet.vpn.kind, name)
         )
     })?;
-    tell_next(fleet.vpn.kind, files);
+    tell_next(fleet, files);
     vpn::of(fleet.vpn.kind.other(), files).forget(name)?;
     Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
     written.whole()
@@ -103,7 +103,7 @@ fn tell_doubts(files: &Files, fleet: &Fleet, now: UtcTime) -> anyhow::Result<()>
 /// `lutra-server fleet revoke`.
 pub(super) fn revoke(common: &Common, name: &str, place: &Place) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
-    let files = Files::new(&config.data, place.vpn_dir.as_deref());
+    let files = Files::of(&config, place);
     let names = [name.to_owned()];
     // The link ends before the lock, so that no other command holds that up.
     let first = end_tokens(&config.data, &files, name, false);
@@ -172,11 +172,10 @@ fn update(files: &Files, names: &[String]) -> anyhow::Result<Vec<String>> {
     let tunnel = vpn::of(fleet.vpn.kind, files);
     let missing = match tunnel.has_shore() {
         Ok(true) => None,
-        Ok(false) => Some(
-            "the server's key of the VPN is not there, so its files were not written again: bring the key back from a backup and run \
-             this again"
-                .to_owned(),
-        ),
+        Ok(false) => Some(format!(
+            "the files of the VPN were not all written again. {}",
+            files.server_key_is(Became::Lost, &tunnel.shore_path())
+        )),
         Err(error) => Some(format!("{error:#}")),
     };
     let mut damaged = Vec::new();
@@ -186,7 +185,7 @@ fn update(files: &Files, names: &[String]) -> anyhow::Result<Vec<String>> {
     } else {
         damaged.extend(write_vpn(files, &fleet)?.damaged);
         tell_doubts(files, &fleet, clock::now())?;
-        tell_next(fleet.vpn.kind, files);
+        tell_next(&fleet, files);
     }
     Leftover::look(files, fleet.vpn.kind)?.remove_files()?;
     Ok(damaged)

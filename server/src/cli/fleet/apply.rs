@@ -1,9 +1,9 @@
 //! `lutra-server fleet apply`: prints what is to be done, then does it.
 //!
 //! The lines of the audit log about keys come first, then the keys, then one transaction of app.db with names, tokens and their
-//! lines, then the files of the VPN, then the end of what a VPN of the other kind left, then the copy of the fleet file. So every key is in the log; after a kill a line may
-//! be there twice. Each step is atomic, and the next run checks each again: after any interruption, the same command
-//! finishes the work.
+//! lines, then the files of the VPN, then the end of what a VPN of the other kind or an earlier version left, then the copy of
+//! the fleet file. So every key is in the log; after a kill a line may be there twice. Each step is atomic, and the next run
+//! checks each again: after any interruption, the same command finishes the work.
 
 use super::files::{self, Files};
 use super::lock::FleetLock;
@@ -12,13 +12,14 @@ use super::vpn::{self, Leftover, Tunnel, tell_next, write_vpn};
 use super::{ApplyArguments, access, look};
 use crate::cli::Common;
 use crate::cli::say::{complain, say};
+use crate::tls::DAY_US;
 use anyhow::ensure;
 use provision::{Fleet, Vessel};
 use shore::clock;
 use shore::identity::audit::Record;
 use shore::identity::{Connection, Fault, Request, links, tokens, vessels, with, within_transaction};
 use std::net::Ipv4Addr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use units::UtcTime;
 
 /// A token that the fleet's folder no longer holds stays valid for this long: the boat may have it.
@@ -29,11 +30,16 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     let config = if arguments.dry_run { common.load(Vec::new())? } else { common.load_to_write()? };
     let (fleet, text) = look::read(&arguments.file)?;
     let _lock = if arguments.dry_run { None } else { Some(FleetLock::take(&config.data, "fleet apply")?) };
-    let files = Files::new(&config.data, arguments.place.vpn_dir.as_deref());
+    let files = Files::of(&config, &arguments.place);
     let known = Known::look(&config.data, &files, &fleet, clock::now())?;
     let tunnel = vpn::of(fleet.vpn.kind, &files);
     refuse(&conflicts(&files, &*tunnel, &fleet, &known, &arguments.revoke)?)?;
-    let plan = match Plan::make(&files, &*tunnel, &fleet, &text, &known) {
+    let allowed = if arguments.new_server_key {
+        Ok(())
+    } else {
+        vpn::require_no_lost_server_key(fleet.vpn.kind, &files, known.bundled)
+    };
+    let plan = match allowed.and_then(|()| Plan::make(&files, &*tunnel, &fleet, &text, &known)) {
         // A revocation waits for no other boat's file.
         Err(error) if !arguments.revoke.is_empty() && !arguments.dry_run => {
             let mut failed = access::take_all(&config.data, &files, &arguments.revoke);
@@ -45,12 +51,16 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     for doubt in look::doubts(&fleet, &config).into_iter().chain(tunnel.doubts(clock::now())?) {
         complain!("note: {doubt}");
     }
+    if arguments.new_server_key && !plan.server_key {
+        complain!("note: --new-server-key does nothing: the server has its key of the VPN, which stays");
+    }
     tell_left(&*tunnel, &fleet, &known, &arguments.revoke)?;
     for name in &arguments.revoke {
         say!("will take the access of {name}");
     }
     plan.tell(&files, &*tunnel);
     if plan.is_empty() && arguments.revoke.is_empty() {
+        ensure!(plan.damaged.is_empty(), "{}", plan.damaged.join("; "));
         say!("nothing to do: all is as {} says", arguments.file.display());
         return Ok(());
     }
@@ -66,7 +76,7 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     plan.carry_out(&config.data, &files, &fleet, &text)?;
     say!("done");
     // Also where the files are as they were: a run before that broke off may have written them and not said so.
-    tell_next(fleet.vpn.kind, &files);
+    tell_next(&fleet, &files);
     Ok(())
 }
 
@@ -105,8 +115,7 @@ fn conflicts(
         if revoke.contains(&name) {
             continue;
         }
-        // What is damaged is reported by what needs it.
-        let Ok(Some(address)) = tunnel.address(&name) else { continue };
+        let Some(address) = vpn::held(tunnel, &name) else { continue };
         let taken = fleet.vessels.iter().find(|vessel| vessel.vpn_address == address);
         let by = taken.map(|vessel| vessel.name.as_str());
         let by = by.or_else(|| (fleet.vpn.server_address == address).then_some("the server"));
@@ -129,7 +138,8 @@ fn conflicts(
 
 /// Reports vessels that are known and no longer in the file.
 fn tell_left(tunnel: &dyn Tunnel, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<()> {
-    let keys = tunnel.names()?;
+    let mut keys = tunnel.names()?;
+    keys.retain(|name| vpn::held(tunnel, name).is_some());
     let mut names: Vec<&str> = known.vessels.iter().map(|vessel| vessel.name.as_str()).collect();
     names.extend(
         keys.iter().map(String::as_str).filter(|name| known.vessels.iter().all(|one| one.name != *name)),
@@ -173,8 +183,12 @@ struct Plan {
     vpn: bool,
     /// What a VPN of the other kind left.
     left: Leftover,
+    /// What an earlier version left.
+    remains: Vec<PathBuf>,
     /// Whether the copy of the fleet file does.
     copy: bool,
+    /// Vessels' files that are damaged or lost, which a person must mend.
+    damaged: Vec<String>,
 }
 
 impl Plan {
@@ -200,6 +214,7 @@ impl Plan {
         }
         let server_key = !tunnel.has_shore()?;
         let vpn = server_key || !keys.is_empty() || vpn::differs(tunnel, fleet)?;
+        let damaged = if vpn { Vec::new() } else { vpn::damaged(tunnel, fleet)? };
         Ok(Self {
             names: fleet.vessels.iter().filter(unnamed).map(address).collect(),
             tokens: fleet
@@ -212,6 +227,8 @@ impl Plan {
             keys,
             vpn,
             left: Leftover::look(files, fleet.vpn.kind)?,
+            remains: vpn::remains(tunnel, files),
+            damaged,
             copy: files::read(&files.applied())?.as_deref() != Some(text),
         })
     }
@@ -223,6 +240,7 @@ impl Plan {
             && self.keys.is_empty()
             && !self.vpn
             && self.left.is_empty()
+            && self.remains.is_empty()
             && !self.copy
     }
 
@@ -244,6 +262,9 @@ impl Plan {
             say!("will write the files of the VPN in {}", tunnel.folder().display());
         }
         self.left.tell();
+        for path in &self.remains {
+            say!("will remove {}, which an earlier version left", path.display());
+        }
         if self.copy {
             say!("will keep the file as {}", files.applied().display());
         }
@@ -270,6 +291,7 @@ impl Plan {
         with(data, async |db| within_transaction(db, change).await)?;
         let written = write_vpn(files, fleet)?;
         self.left.end(files)?;
+        files::remove_all(&self.remains)?;
         files::write(&files.applied(), text.as_bytes())?;
         written.whole()
     }
@@ -300,7 +322,7 @@ impl Request for Change {
             self.files.keep_token(&name, &made.secret).map_err(|error| state::refused(&error))?;
             lines.push(state::line("token.make", &format!("fleet: {name}")));
             // A token that is not in the stored file, after a killed run or a lost file: nothing else would end it.
-            let at = UtcTime::from_micros(now.micros() + GRACE_DAYS * access::DAY_US);
+            let at = UtcTime::from_micros(now.micros() + GRACE_DAYS * DAY_US);
             let label = Some(format!("fleet: {name}"));
             if (links::End { vessel, but: Some(made.id), label, at: Some(at) }).run(db).await? > 0 {
                 lines.push(state::line("token.expire", &format!("fleet: {name}")));

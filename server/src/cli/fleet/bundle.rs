@@ -29,12 +29,20 @@ pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Re
     // Before the lock: a pipe that gives it late must not hold up a revocation.
     let (passphrase, made) = passphrase(arguments.passphrase_file.as_deref())?;
     let _lock = FleetLock::take(&config.data, "fleet bundle")?;
-    let files = Files::new(&config.data, None);
+    let files = Files::of(&config, &arguments.place);
     let fleet = state::applied(&files)?;
     let vessel = fleet
         .vessel(&arguments.name)
         .with_context(|| format!("the fleet file that was applied last has no vessel {}", arguments.name))?;
     let tunnel = vpn::of(fleet.vpn.kind, &files);
+    vpn::require_server_key(&*tunnel, &files)?;
+    if vpn::differs(&*tunnel, &fleet)? {
+        complain!(
+            "note: the files of the VPN in {} are not as the fleet file that was applied last says: `lutra-server fleet apply` writes \
+             them and prints how root puts them into force",
+            tunnel.folder().display()
+        );
+    }
     for doubt in look::doubts(&fleet, &config).into_iter().chain(tunnel.doubts(clock::now())?) {
         complain!("note: {doubt}");
     }
@@ -46,7 +54,7 @@ pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Re
     let sealed = bundle.seal(&passphrase, Randomness(random))?;
     let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.bundle")));
     // Logged before the secrets of a vessel leave the server.
-    let lines = Record(vec![(clock::now(), state::line("fleet.bundle", name))]);
+    let lines = Record(vec![(clock::now(), state::line(state::BUNDLE, name))]);
     with(&config.data, async |db| within_transaction(db, lines).await)?;
     files::write(&output, &sealed)?;
     for item in &bundle.manifest.files {

@@ -1,9 +1,11 @@
 //! Files of a fleet in the data folder, each readable only by its owner and written atomically.
 //!
 //! `DATA/fleet/fleet.toml` is the file that was applied last, `NAME.token` a vessel's link token, which app.db knows by its hash
-//! alone. Keys of the VPN lie beside them ([`super::vpn`]); `DATA/vpn/` holds what WireGuard or OpenVPN and nftables read. A token that is not in app.db is invalid: so a run that was killed
-//! between the two does no harm, and the next one makes another.
+//! alone. Keys of the VPN lie beside them ([`super::vpn`]); `DATA/vpn/` holds what WireGuard or OpenVPN and nftables read. A token
+//! that is not in app.db is invalid: so a run that was killed between the two does no harm, and the next one makes another.
 
+use super::Place;
+use crate::config::Config;
 use anyhow::{Context as _, ensure};
 use std::fs;
 use std::io::{self, Write as _};
@@ -15,11 +17,23 @@ use std::path::{Path, PathBuf};
 pub(super) struct Files {
     fleet: PathBuf,
     vpn: PathBuf,
+    /// Where a backup has the files of `fleet`.
+    backup: PathBuf,
 }
 
 impl Files {
+    /// Those of a server.
+    pub(super) fn of(config: &Config, place: &Place) -> Self {
+        Self {
+            backup: config.backup.folder.join("fleet"),
+            ..Self::new(&config.data, place.vpn_dir.as_deref())
+        }
+    }
+
+    /// Those of a data folder, without a backup.
     pub(super) fn new(data: &Path, vpn: Option<&Path>) -> Self {
-        Self { fleet: data.join("fleet"), vpn: vpn.map_or_else(|| data.join("vpn"), Path::to_owned) }
+        let vpn = vpn.map_or_else(|| data.join("vpn"), Path::to_owned);
+        Self { fleet: data.join("fleet"), vpn, backup: PathBuf::from("fleet") }
     }
 
     /// The fleet file that was applied last.
@@ -35,6 +49,23 @@ impl Files {
     /// A file of the fleet's folder that holds a secret.
     pub(super) fn secret(&self, name: &str) -> PathBuf {
         self.fleet.join(name)
+    }
+
+    /// What to say of the server's key of the VPN where it cannot be used and boats go by it.
+    pub(super) fn server_key_is(&self, became: Became, path: &Path) -> String {
+        let backup = path.file_name().map_or_else(|| self.backup.clone(), |name| self.backup.join(name));
+        let remove = match became {
+            Became::Damaged => "remove what is left of it, and ",
+            Became::Lost => "",
+        };
+        format!(
+            "{there} {}, and boats have their keys by it: restore it from the backup: {} to {there}. Without a backup \
+             {remove}`lutra-server fleet apply FILE --new-server-key` makes another, and puts every boat off the VPN until it has a new \
+             bundle",
+            became.words(),
+            backup.display(),
+            there = path.display(),
+        )
     }
 
     fn token_path(&self, name: &str) -> PathBuf {
@@ -63,11 +94,33 @@ impl Files {
     }
 }
 
-/// What to say of a file of the fleet's folder that cannot be understood.
-pub(super) fn damaged(path: &Path) -> String {
+/// What became of a file of the fleet's folder.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Became {
+    Damaged,
+    Lost,
+}
+
+impl Became {
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Damaged => "is damaged",
+            Self::Lost => "is not there",
+        }
+    }
+}
+
+/// What to say of a vessel's file that cannot be used.
+pub(super) fn unusable(path: &Path, became: Became) -> String {
+    let remove = match became {
+        Became::Damaged => "remove it, and ",
+        Became::Lost => "",
+    };
     format!(
-        "{} is damaged: remove it, and `lutra-server fleet apply` makes another; the boat needs a new bundle",
-        path.display()
+        "{} {}: bring it back from the backup; without one {remove}`lutra-server fleet apply` makes another where the vessel is in the \
+         fleet file, and the boat needs a new bundle",
+        path.display(),
+        became.words()
     )
 }
 
@@ -93,6 +146,12 @@ pub(super) fn entries(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut paths = paths.with_context(unreadable)?;
     paths.sort();
     Ok(paths)
+}
+
+/// Makes a folder that only its owner can read, with those above it.
+pub(super) fn make_folder(path: &Path) -> anyhow::Result<()> {
+    let made = fs::DirBuilder::new().recursive(true).mode(0o700).create(path);
+    made.with_context(|| format!("cannot make {}", path.display()))
 }
 
 /// Removes a file. Returns whether there was one.

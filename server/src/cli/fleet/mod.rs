@@ -1,9 +1,9 @@
 //! `lutra-server fleet`: a fleet from one file: vessels, link tokens, keys and files of the VPN, and a bundle for each boat.
 //!
-//! `files` has the fleet's files in the data folder, `state` reads their state and that of app.db, `apply` makes both match
-//! the fleet file, `vpn` has its keys and files, by WireGuard or OpenVPN, `bundle` makes the file that is carried aboard, `access` renews and
-//! revokes a vessel's credentials, `lock` keeps commands apart that write, `look` reads the fleet file and compares it with the server's and the agent's
-//! configuration.
+//! `files` has the fleet's files in the data folder, `state` reads their state and that of app.db, `apply` makes both match the
+//! fleet file, `vpn` has its keys and files, by WireGuard or OpenVPN, `bundle` makes the file that is carried aboard, `access`
+//! renews and revokes a vessel's credentials, `lock` keeps commands apart that write, `look` reads the fleet file and compares it
+//! with the server's and the agent's configuration.
 
 mod access;
 mod apply;
@@ -64,6 +64,10 @@ pub(super) struct ApplyArguments {
     /// Take the access of this vessel, which is no longer in the file; may be repeated.
     #[arg(long, value_name = "NAME")]
     revoke: Vec<String>,
+    /// Make another key of the server for the VPN where its own is lost and boats have theirs. Every boat is off the VPN until it
+    /// has a new bundle: bring the key back from the backup where there is one.
+    #[arg(long)]
+    new_server_key: bool,
     #[command(flatten)]
     place: Place,
 }
@@ -84,6 +88,8 @@ pub(super) struct BundleArguments {
     /// Leave the sea chart out; it comes by the link, later.
     #[arg(long)]
     no_chart: bool,
+    #[command(flatten)]
+    place: Place,
 }
 
 #[derive(Debug, Args)]

@@ -4,9 +4,12 @@ use super::files::Files;
 use anyhow::{Context as _, bail};
 use api::Vessel;
 use provision::Fleet;
-use shore::identity::{Fault, Line, Request as _, links, vessels, with};
+use shore::identity::{Fault, Line, Request as _, audit, links, vessels, with};
 use std::path::Path;
 use units::UtcTime;
+
+/// The action of the audit log with which a vessel's secrets leave the server.
+pub(super) const BUNDLE: &str = "fleet.bundle";
 
 /// What app.db has.
 #[derive(Debug, Default)]
@@ -17,6 +20,8 @@ pub(super) struct Known {
     pub(super) open: Vec<u16>,
     /// Vessels of the fleet, by name, whose stored token is valid.
     pub(super) good: Vec<String>,
+    /// Whether a bundle was ever made here.
+    pub(super) bundled: bool,
 }
 
 impl Known {
@@ -38,7 +43,15 @@ impl Known {
                     good.push(name);
                 }
             }
-            Ok(Self { vessels: vessels::List.run(db).await?, open: links::Open(now).run(db).await?, good })
+            let made =
+                audit::Entries { count: 1, action: Some(BUNDLE.to_owned()), ..audit::Entries::default() };
+            let bundled = !made.run(db).await?.is_empty();
+            Ok(Self {
+                vessels: vessels::List.run(db).await?,
+                open: links::Open(now).run(db).await?,
+                good,
+                bundled,
+            })
         })?)
     }
 }

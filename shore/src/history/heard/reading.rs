@@ -26,7 +26,11 @@ pub fn packets(file: &Path, carriers: &Carriers<'_>, out: &mut dyn Write) -> io:
     let take = &mut |one: detections::Detection| {
         let (timestamp, src, src_ent) = (one.origin.reported.seconds(), one.origin.system, one.origin.entity);
         let header = Header { timestamp, src, src_ent, ..Header::default() };
-        let packet = Packet::new(header, one.report()).encode().map_err(io::Error::other)?;
+        let packet = Packet::new(header, one.report()).encode().map_err(|error| {
+            let text =
+                format!("the detection {} does not fit into a packet ({error}): shorten its texts", one.id());
+            io::Error::new(io::ErrorKind::InvalidData, text)
+        })?;
         out.write_all(&packet)
     };
     if start == PARQUET {

@@ -69,6 +69,8 @@ impl CsvRow for TableDetection {
             maybe(out, value);
             out.push(DIALECT.separator());
         }
-        tables::integer(out, self.snr_db.into());
+        if let Some(snr_db) = self.snr_db {
+            tables::integer(out, snr_db.into());
+        }
     }
 }

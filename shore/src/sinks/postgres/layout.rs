@@ -276,15 +276,15 @@ fn raw() -> Table {
 }
 
 /// What [`super::row`] writes of a detection, behind the key.
-pub(super) const DETECTION: [(&str, Type, &str); 20] = [
+pub(super) const DETECTION: [(&str, Type, &str); 21] = [
     ("receiver", Type::BigInt, "serial number of the receiver"),
     ("clock_time", Type::Time, "the receiver's clock, counted from 1970 whatever it counts from"),
     ("clock_state", Type::SmallInt, "0 not set, 1 lost, 2 set, 3 disciplined"),
     ("protocol", Type::Text, "coding of the transmission, like R64K"),
     ("tag", Type::BigInt, "number of the tag"),
     ("data", Type::Integer, "what the tag measured, as it was sent"),
-    ("snr_db", Type::SmallInt, "signal to noise ratio; unit dB"),
-    ("frequency_khz", Type::SmallInt, "carrier; unit kHz"),
+    ("snr_db", Type::SmallInt, "signal to noise ratio; unit dB; absent where the receiver does not say it"),
+    ("frequency_khz", Type::SmallInt, "carrier; unit kHz; absent where it is not known"),
     ("line", Type::Integer, "running number of the receiver's line"),
     ("lat_deg", Type::Double, "where the vessel was; unit °"),
     ("lon_deg", Type::Double, "where the vessel was; unit °"),
@@ -297,6 +297,7 @@ pub(super) const DETECTION: [(&str, Type, &str); 20] = [
     ("propeller_rpm", Type::Double, "speed of the faster propeller; unit rpm"),
     ("raw", Type::Text, "the receiver's line"),
     ("message", Type::Text, "the message that says so"),
+    ("maker", Type::Text, "maker of the receiver, where a file said it: makers give the same serial numbers"),
 ];
 
 fn detections() -> Table {

@@ -1,7 +1,7 @@
 //! A packet as rows of PostgreSQL's binary COPY.
 //!
-//! Values are exact: integers in the type that holds all of them, singles as `real`, NaN and infinities as they are. A field that an
-//! older sender left out is NULL. Text that is no UTF-8 or holds NUL, which PostgreSQL refuses, is escaped as in CSV
+//! Values are exact: integers in the type that holds all of them, singles as `real`, NaN and infinities as they are. A field that
+//! an older sender left out is NULL. Text that is no UTF-8 or holds NUL, which PostgreSQL refuses, is escaped as in CSV
 //! ([`imc::text::escape`]); nested messages and lists are JSON as in the history.
 
 use super::layout::{DETECTION, KEY, TableId, Type};
@@ -145,8 +145,8 @@ fn detection(view: &PacketView<'_>, key: Key, received: UtcTime, one: &Detection
     tuple.text(one.protocol.to_string().as_bytes());
     tuple.integer(Type::BigInt, one.tag_id.into());
     tuple.optional(Type::Integer, one.data);
-    tuple.integer(Type::SmallInt, one.snr_db.into());
-    tuple.integer(Type::SmallInt, one.frequency_khz.into());
+    tuple.optional(Type::SmallInt, one.snr_db);
+    tuple.optional(Type::SmallInt, one.frequency_khz);
     tuple.integer(Type::Integer, one.line.into());
     tuple.double(one.pose.map(|pose| pose.place.lat_deg()));
     tuple.double(one.pose.map(|pose| pose.place.lon_deg()));
@@ -164,6 +164,10 @@ fn detection(view: &PacketView<'_>, key: Key, received: UtcTime, one: &Detection
         None => tuple.null(),
     }
     tuple.text(view.desc().map_or("", |desc| desc.abbrev).as_bytes());
+    match one.maker {
+        Some(maker) => tuple.text(maker.word().as_bytes()),
+        None => tuple.null(),
+    }
     Row { table: TableId::Detections, key, received_us: received.micros(), tuple: tuple.0 }
 }
 

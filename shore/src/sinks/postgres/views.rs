@@ -8,8 +8,8 @@ const FUSED: [&str; 7] =
     ["data", "lines_lost", "noise_average", "noise_peak", "noise_age_s", "propeller_rpm", "raw"];
 
 /// Makes the view `detections` of a schema. Of several reports of one detection it has what they say together, by the rules of
-/// [`detections::fused`]: a clock that is known to be bad counts as bad, and a place with its age or deviation goes before one without.
-/// With the schema that PostGIS is installed in, it has the place as a point in WGS 84 as well.
+/// [`detections::fused`]: a clock that is known to be bad counts as bad, and a place with its age or deviation goes before one
+/// without. With the schema that PostGIS is installed in, it has the place as a point in WGS 84 as well.
 pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
     let mut fused = String::new();
     for column in FUSED {
@@ -34,11 +34,11 @@ pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
         "CREATE OR REPLACE VIEW \"{schema}\".detections AS SELECT d.time, CASE WHEN clock >= 2 THEN clock_time END AS heard, \
          protocol || '-' || tag AS tag_name, protocol, tag, data, snr_db, frequency_khz, receiver, line, \
          (ARRAY['not set', 'lost', 'set', 'disciplined'])[clock + 1] AS clock, v.name AS vessel, d.src, src_ent, received, \
-         lat_deg, lon_deg, pose_age_s, pose_sigma_m, lines_lost, noise_average, noise_peak, noise_age_s, propeller_rpm, raw{place} \
-         FROM (SELECT {time} AS time, src, src_ent, receiver, clock_time, protocol, tag, min(received) AS received, \
-         min(snr_db) AS snr_db, min(frequency_khz) AS frequency_khz, min(line) AS line, \
+         lat_deg, lon_deg, pose_age_s, pose_sigma_m, lines_lost, noise_average, noise_peak, noise_age_s, propeller_rpm, raw{place}, maker \
+         FROM (SELECT {time} AS time, src, src_ent, receiver, maker, clock_time, protocol, tag, min(received) AS received, \
+         NULLIF(max(snr_db), 0) AS snr_db, NULLIF(max(frequency_khz), 0) AS frequency_khz, min(line) AS line, \
          CASE WHEN min(clock_state) < 2 THEN min(clock_state) ELSE max(clock_state) END AS clock{fused} \
-         FROM \"{schema}\".detection_reports GROUP BY {time}, src, src_ent, receiver, clock_time, protocol, tag) d \
+         FROM \"{schema}\".detection_reports GROUP BY {time}, src, src_ent, receiver, maker, clock_time, protocol, tag) d \
          LEFT JOIN \"{schema}\".vessels v ON v.src = d.src"
     )
 }
@@ -46,7 +46,8 @@ pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
 /// With these words begins the comment of a view that Lutra made, of any version.
 pub(super) const OWN: &str = "Each detection of a tag once";
 
-/// What people read of it in the database, and by which definition it was made: so a later version of Lutra knows whether it has another.
+/// What people read of it in the database, and by which definition it was made: so a later version of Lutra knows whether it has
+/// another.
 pub(super) fn comment(schema: &str, definition: &str) -> String {
     format!(
         "COMMENT ON VIEW \"{schema}\".detections IS '{OWN}: time when the vessel reported it, heard by the \

@@ -1,8 +1,8 @@
 //! Measurements of occurrences: OBIS' extension of measurements and facts.
 //!
-//! Each occurrence has its signal to noise ratio, and the value of the tag's sensor where the register says what it means. Length and weight
-//! of an animal stand once, with its first occurrence. Identifiers are those of the NERC vocabulary server; a quantity that the register
-//! names in own words has none.
+//! Each occurrence has its signal to noise ratio where that is known, and the value of the tag's sensor where the register says
+//! what it means. Length and weight of an animal stand once, with its first occurrence. Identifiers are those of the NERC
+//! vocabulary server; a quantity that the register names in own words has none.
 
 use super::{cells, id};
 use crate::study::Heard;
@@ -28,12 +28,10 @@ struct Fact<'f> {
 /// Appends the lines of an occurrence; those of its animal too where `of_animal`.
 pub(super) fn write(out: &mut Vec<u8>, heard: &Heard<'_>, of_animal: bool) {
     let id = id(heard);
-    let snr = f64::from(heard.detection.snr_db);
-    line(
-        out,
-        &id,
-        &Fact { about: "signal to noise ratio", about_id: "", value: snr, unit: "dB", unit_id: "" },
-    );
+    if let Some(snr_db) = heard.detection.snr_db {
+        let (about, value) = ("signal to noise ratio", f64::from(snr_db));
+        line(out, &id, &Fact { about, about_id: "", value, unit: "dB", unit_id: "" });
+    }
     if let Some(sensor) = heard.sensor().filter(|sensor| sensor.value.is_finite()) {
         let about = if sensor.kind.is_empty() { "sensor of the tag" } else { sensor.kind };
         line(out, &id, &Fact { about, about_id: "", value: sensor.value, unit: sensor.unit, unit_id: "" });

@@ -69,8 +69,8 @@ fn issuer(authority: &Identity, now: UtcTime) -> anyhow::Result<(Issuer<'static,
         authority_validity(&authority.certificate).context("the VPN's authority cannot be read")?;
     ensure!(
         validity.until > now,
-        "the VPN's authority ended on {}: remove openvpn.key in the folder of the fleet, apply the fleet file and bring every \
-         boat a new bundle",
+        "the VPN's authority ended on {}: remove openvpn.key in the folder of the fleet, apply the fleet file with --new-server-key and \
+         bring every boat a new bundle",
         clock::written(validity.until)
     );
     let key = KeyPair::from_pem(&authority.key).context("the key of the VPN's authority cannot be read")?;

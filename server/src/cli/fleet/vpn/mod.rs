@@ -5,14 +5,14 @@ mod certificates;
 mod openvpn;
 mod wireguard;
 
-use super::files::{self, Files};
+use super::files::{self, Became, Files};
 use super::state;
 use crate::cli::say::say;
-use anyhow::{Context as _, ensure};
+use anyhow::{Context as _, bail, ensure};
 use provision::{Fleet, Part, Vessel, VpnKind, nftables};
 use shore::identity::Line;
 use std::fs;
-use std::net::Ipv4Addr;
+use std::net::{Ipv4Addr, UdpSocket};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -28,6 +28,9 @@ pub(super) trait Tunnel {
     /// Whether the server has its key.
     fn has_shore(&self) -> anyhow::Result<bool>;
 
+    /// The file of the server's key.
+    fn shore_path(&self) -> PathBuf;
+
     /// Makes the server's key.
     fn make_shore(&self, now: UtcTime) -> anyhow::Result<()>;
 
@@ -37,14 +40,21 @@ pub(super) trait Tunnel {
     /// Gives a vessel this address: with a new key where `new` is set, otherwise with its present one.
     fn give(&self, name: &str, address: Ipv4Addr, new: bool, now: UtcTime) -> anyhow::Result<()>;
 
-    /// Names that have a key, in order.
+    /// A vessel's own file, with its key and address.
+    fn path(&self, name: &str) -> PathBuf;
+
+    /// The address at which the files for root, as they are, let in a vessel whose own file is damaged or lost; `None` where it
+    /// has no such place, or where its own file is whole.
+    fn standing(&self, name: &str) -> anyhow::Result<Option<Ipv4Addr>>;
+
+    /// Names that have a key, or a place in the files for root, in order.
     fn names(&self) -> anyhow::Result<Vec<String>>;
 
-    /// Takes a vessel's key. Returns whether it had one.
+    /// Takes a vessel's place in the files for root, then its key. Returns whether it had one of them.
     fn forget(&self, name: &str) -> anyhow::Result<bool>;
 
-    /// Whether a vessel keeps its place where its file ashore is damaged.
-    fn keeps_place(&self) -> bool;
+    /// The folder with a file for each vessel, which must be there also when it is empty.
+    fn places(&self) -> Option<PathBuf>;
 
     /// The folder of the files that root puts into force.
     fn folder(&self) -> PathBuf;
@@ -61,8 +71,8 @@ pub(super) trait Tunnel {
     /// What a person should know of the keys.
     fn doubts(&self, now: UtcTime) -> anyhow::Result<Vec<String>>;
 
-    /// Prints the steps of root that put the files into force.
-    fn tell_next(&self);
+    /// The steps of root that put the files into force, in order.
+    fn steps(&self) -> Vec<String>;
 }
 
 /// The VPN of this kind.
@@ -73,19 +83,73 @@ pub(super) fn of<'a>(kind: VpnKind, files: &'a Files) -> Box<dyn Tunnel + 'a> {
     }
 }
 
-/// Prints the steps of root, also those that end a VPN of the other kind that was there before.
-pub(super) fn tell_next(kind: VpnKind, files: &Files) {
-    say!("the VPN goes by the new files once root has them:");
+/// Whether the server has its key.
+///
+/// # Errors
+/// It is lost or damaged.
+pub(super) fn require_server_key(tunnel: &dyn Tunnel, files: &Files) -> anyhow::Result<()> {
+    ensure!(tunnel.has_shore()?, "{}", files.server_key_is(Became::Lost, &tunnel.shore_path()));
+    Ok(())
+}
+
+/// Refuses another key of the server where boats have theirs by the one that is lost: that would put all of them off the VPN.
+///
+/// # Errors
+/// It is damaged; or it is lost, and boats have keys, places or bundles.
+pub(super) fn require_no_lost_server_key(kind: VpnKind, files: &Files, bundled: bool) -> anyhow::Result<()> {
+    let tunnel = of(kind, files);
+    if tunnel.has_shore()? {
+        return Ok(());
+    }
+    let went_by_it = match state::applied(files) {
+        Ok(fleet) => fleet.vpn.kind == kind,
+        // With the fleet's folder the kind is lost.
+        Err(_) => bundled,
+    };
+    if went_by_it || !tunnel.names()?.is_empty() {
+        bail!(files.server_key_is(Became::Lost, &tunnel.shore_path()));
+    }
+    Ok(())
+}
+
+/// Prints the steps of root, which a person pastes together.
+pub(super) fn tell_next(fleet: &Fleet, files: &Files) {
+    say!("the VPN goes by the new files once root has them; a step that fails stops those after it:");
+    let steps = steps(fleet, files);
+    let last = steps.len().saturating_sub(1);
+    for (at, step) in steps.iter().enumerate() {
+        say!("  {step}{}", if at < last { " &&" } else { "" });
+    }
+}
+
+/// The steps of root, also those that end a VPN of the other kind that was there before.
+fn steps(fleet: &Fleet, files: &Files) -> Vec<String> {
+    let kind = fleet.vpn.kind;
     let (unit, configuration) = match kind.other() {
         VpnKind::OpenVpn => ("openvpn-server@lutra", "/etc/openvpn/server/lutra.conf"),
         VpnKind::WireGuard => ("wg-quick@lutra", "/etc/wireguard/lutra.conf"),
     };
+    let mut steps = Vec::new();
     // One that is damaged may have let boats in before.
     if of(kind.other(), files).has_shore().unwrap_or(true) {
-        say!("  sudo systemctl disable --now {unit}    # if it runs: both have the same addresses");
-        say!("  sudo rm -f {configuration}    # it lets boats in by keys of before");
+        // Both have the same addresses. It may never have been installed.
+        steps.push(format!(
+            "if systemctl cat {unit} > /dev/null 2>&1; then sudo systemctl disable --now {unit}; fi"
+        ));
+        // It lets boats in by keys of before.
+        steps.push(format!("sudo rm -f {configuration}"));
     }
-    of(kind, files).tell_next();
+    steps.extend(of(kind, files).steps());
+    if !is_here(fleet.vpn.server_address) {
+        // It could not listen at an address that was not there yet.
+        steps.push("sudo systemctl restart lutra-server".to_owned());
+    }
+    steps
+}
+
+/// Whether this computer has an address.
+fn is_here(address: Ipv4Addr) -> bool {
+    UdpSocket::bind((address, 0)).is_ok()
 }
 
 /// What is left of a VPN of the other kind than the fleet's: names that have a key there, and files for root.
@@ -172,35 +236,53 @@ pub(super) fn firewall(folder: &Path) -> PathBuf {
 }
 
 /// The members of the VPN: vessels of the fleet that have a key, then those that are no longer in the file and not revoked.
-/// A file that is damaged is reported, and holds up no other vessel.
+/// A file that is damaged or lost is reported; its vessel keeps the place that it has, and it holds up no other.
 fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Vec<Member>, Vec<String>)> {
     let (mut members, mut damaged) = (Vec::new(), Vec::new());
-    let left_out = |name: &str, error: &anyhow::Error| {
-        format!("{error:#}; until then the new files of the VPN leave {name} out")
-    };
-    for vessel in &fleet.vessels {
-        let is_in = match tunnel.address(&vessel.name) {
-            Ok(address) => address.is_some(),
-            Err(error) if tunnel.keeps_place() => {
-                damaged.push(format!("{error:#}"));
-                true
+    let listed = fleet.vessels.iter().map(|vessel| (vessel.name.clone(), Some(vessel.vpn_address)));
+    let left = left(tunnel, fleet)?.into_iter().map(|name| (name, None));
+    for (name, given) in listed.chain(left) {
+        let member = |name, address| Member { name, address: given.unwrap_or(address) };
+        let why = match tunnel.address(&name) {
+            Ok(Some(address)) => {
+                members.push(member(name, address));
+                continue;
             }
-            Err(error) => {
-                damaged.push(left_out(&vessel.name, &error));
-                false
-            }
+            Ok(None) => files::unusable(&tunnel.path(&name), Became::Lost),
+            Err(error) => format!("{error:#}"),
         };
-        if is_in {
-            members.push(Member { name: vessel.name.clone(), address: vessel.vpn_address });
-        }
-    }
-    for name in left(tunnel, fleet)? {
-        match tunnel.address(&name) {
-            Ok(address) => members.extend(address.map(|address| Member { name, address })),
-            Err(error) => damaged.push(left_out(&name, &error)),
+        match tunnel.standing(&name) {
+            Ok(Some(address)) => {
+                damaged.push(format!("{why}; until then {name} keeps the place that it has"));
+                members.push(member(name, address));
+            }
+            // It never had one, or its key is not good any more, which `doubts` names.
+            Ok(None) if !tunnel.path(&name).exists() || tunnel.address(&name).is_ok() => {}
+            Ok(None) => damaged.push(format!("{why}; until then the files of the VPN leave {name} out")),
+            Err(error) => damaged.push(format!("{why}; {error:#}: the files of the VPN leave {name} out")),
         }
     }
     Ok((members, damaged))
+}
+
+/// Vessels' files that are damaged or lost, each with its remedy.
+pub(super) fn damaged(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<String>> {
+    Ok(members(tunnel, fleet)?.1)
+}
+
+/// The address that a vessel has in the VPN, though its own file be damaged or lost; `None` for one that is out.
+pub(super) fn held(tunnel: &dyn Tunnel, name: &str) -> Option<Ipv4Addr> {
+    tunnel.address(name).ok().flatten().or_else(|| tunnel.standing(name).ok().flatten())
+}
+
+/// What earlier versions left in the folders of this kind, which has no effect any more.
+pub(super) fn remains(tunnel: &dyn Tunnel, files: &Files) -> Vec<PathBuf> {
+    let mut remains = vec![files.secret("openvpn.crl"), files.secret("openvpn.issued")];
+    if tunnel.places().is_some() {
+        remains.push(tunnel.folder().join("lutra.crl"));
+    }
+    remains.retain(|path| path.exists());
+    remains
 }
 
 /// Vessels that have a key of the VPN and are no longer in the file.
@@ -225,12 +307,15 @@ fn wanted(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<(Texts, Vec<Stri
 /// Whether files of the VPN differ from what they should be. The server has its key.
 pub(super) fn differs(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<bool> {
     let (wanted, _) = wanted(tunnel, fleet)?;
+    if tunnel.places().is_some_and(|folder| !folder.is_dir()) {
+        return Ok(true);
+    }
     for (path, text) in &wanted {
         if files::read(path)?.as_ref() != Some(text) {
             return Ok(true);
         }
     }
-    Ok(!stale(&tunnel.folder(), &wanted)?.is_empty())
+    Ok(!stale(tunnel, &wanted)?.is_empty())
 }
 
 /// Outcome of [`write_vpn`].
@@ -257,7 +342,10 @@ pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<Written>
     }
     let (wanted, damaged) = wanted(&*tunnel, fleet)?;
     // First: what is broken off then lets in too few, and not a boat whose access was ended.
-    files::remove_all(&stale(&tunnel.folder(), &wanted)?)?;
+    files::remove_all(&stale(&*tunnel, &wanted)?)?;
+    if let Some(folder) = tunnel.places() {
+        files::make_folder(&folder)?;
+    }
     for (path, text) in &wanted {
         if files::read(path)?.as_ref() != Some(text) {
             files::write(path, text.as_bytes())?;
@@ -267,8 +355,9 @@ pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<Written>
 }
 
 /// Files of vessels, in the folder that OpenVPN looks into, that are not wanted.
-fn stale(folder: &Path, wanted: &[(PathBuf, String)]) -> anyhow::Result<Vec<PathBuf>> {
-    let mut stale = files::entries(&folder.join(provision::openvpn::PLACES))?;
+fn stale(tunnel: &dyn Tunnel, wanted: &[(PathBuf, String)]) -> anyhow::Result<Vec<PathBuf>> {
+    let Some(folder) = tunnel.places() else { return Ok(Vec::new()) };
+    let mut stale = files::entries(&folder)?;
     stale.retain(|path| wanted.iter().all(|(one, _)| one != path));
     Ok(stale)
 }

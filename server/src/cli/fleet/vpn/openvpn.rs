@@ -1,19 +1,21 @@
 //! OpenVPN: an authority with the server's certificate, a certificate for each vessel, and files in `DATA/vpn/openvpn`.
 //!
-//! `openvpn.key` in the fleet's folder is the authority with the server's part. `NAME.ovpn` is a vessel's: its address, the name in
-//! its certificate, then certificate, key and the authority's certificate. The name in a certificate is `NAME.SERIAL`, and OpenVPN
-//! lets in only those that have a file of that name in `lutra.ccd`. So the present certificate of a vessel is good and no other, as by
-//! WireGuard the present key: what was replaced, taken, or made by a server that was lost since is refused without a list of it.
+//! `openvpn.key` in the fleet's folder is the authority with the server's part. `NAME.ovpn` is a vessel's: its address, the name
+//! in its certificate, then certificate, key and the authority's certificate. The name in a certificate is `NAME.SERIAL`, and
+//! OpenVPN lets in only those that have a file of that name in `lutra.ccd`. So the present certificate of a vessel is good and no
+//! other, as by WireGuard the present key: what was replaced, taken, or made by a server that was lost since is refused without a
+//! list of it.
 
-use super::super::files::{self, Files};
+use super::super::files::{self, Became, Files};
 use super::super::state;
 use super::certificates::{self, Purpose, Serial};
 use super::{Member, Tunnel};
-use crate::cli::say::say;
+use crate::tls::DAY_US;
 use anyhow::Context as _;
 use provision::openvpn::{self, Aboard, Shore};
 use provision::{Fleet, INTERFACE, Part, Vessel, authority_validity};
 use shore::clock;
+use std::collections::BTreeSet;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
@@ -21,7 +23,7 @@ use units::UtcTime;
 /// What vessels' files in the fleet's folder end with.
 const EXTENSION: &str = "ovpn";
 /// A person is told of the authority's end this long before: boats must all be visited (µs).
-const NOTICE_US: i64 = 365 * 86_400_000_000;
+const NOTICE_US: i64 = 365 * DAY_US;
 /// The digits of a serial number in the name of a certificate.
 const SERIAL_DIGITS: usize = 2 * size_of::<Serial>();
 
@@ -43,24 +45,14 @@ enum Kept {
 }
 
 impl OpenVpn<'_> {
-    fn shore_path(&self) -> PathBuf {
-        self.0.secret("openvpn.key")
-    }
-
     fn shore(&self) -> anyhow::Result<Option<Shore>> {
         let path = self.shore_path();
         let Some(text) = files::read(&path)? else { return Ok(None) };
-        Shore::parse(&text).map(Some).with_context(|| {
-            format!(
-                "{} is damaged: bring it back from a backup; without one remove it, and `lutra-server fleet apply` makes a new \
-                 authority: every boat then needs a new bundle",
-                path.display()
-            )
-        })
+        Shore::parse(&text).map(Some).with_context(|| self.0.server_key_is(Became::Damaged, &path))
     }
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.secret(&format!("{name}.{EXTENSION}"))
+    fn own_shore(&self) -> anyhow::Result<Shore> {
+        self.shore()?.with_context(|| self.0.server_key_is(Became::Lost, &self.shore_path()))
     }
 
     /// What a vessel's file says, whichever authority signed its certificate.
@@ -76,7 +68,7 @@ impl OpenVpn<'_> {
             }
             is_hex(second, 32).then_some(Kept::Earlier)
         };
-        read().map(Some).with_context(|| files::damaged(&path))
+        read().map(Some).with_context(|| files::unusable(&path, Became::Damaged))
     }
 
     /// A vessel's certificate, if it is good.
@@ -84,17 +76,16 @@ impl OpenVpn<'_> {
         let (Some(shore), Some(Kept::Access(access))) = (self.shore()?, self.kept(name)?) else {
             return Ok(None);
         };
-        let is_ours = access.aboard.authority.trim() == shore.authority.certificate.trim();
-        Ok(Some(access).filter(|_| is_ours))
+        Ok(Some(access).filter(|access| is_signed_by(&shore, access)))
     }
 
-    fn places(&self) -> PathBuf {
+    fn places_folder(&self) -> PathBuf {
         self.folder().join(openvpn::PLACES)
     }
 
     /// A vessel's files in the folder that OpenVPN looks into.
     fn places_of(&self, name: &str) -> anyhow::Result<Vec<PathBuf>> {
-        let mut places = files::entries(&self.places())?;
+        let mut places = files::entries(&self.places_folder())?;
         places.retain(|path| belongs_to(path, name));
         Ok(places)
     }
@@ -103,6 +94,10 @@ impl OpenVpn<'_> {
     fn end_places(&self, name: &str) -> anyhow::Result<bool> {
         files::remove_all(&self.places_of(name)?)
     }
+}
+
+fn is_signed_by(shore: &Shore, access: &Access) -> bool {
+    access.aboard.authority.trim() == shore.authority.certificate.trim()
 }
 
 /// A new certificate of a vessel.
@@ -131,6 +126,10 @@ impl Tunnel for OpenVpn<'_> {
         Ok(self.shore()?.is_some())
     }
 
+    fn shore_path(&self) -> PathBuf {
+        self.0.secret("openvpn.key")
+    }
+
     fn make_shore(&self, now: UtcTime) -> anyhow::Result<()> {
         clock::check(now)
             .map_err(|why| anyhow::anyhow!("no certificate is made: {why}, then do this again"))?;
@@ -146,7 +145,7 @@ impl Tunnel for OpenVpn<'_> {
     }
 
     fn give(&self, name: &str, address: Ipv4Addr, new: bool, now: UtcTime) -> anyhow::Result<()> {
-        let shore = self.shore()?.with_context(|| state::no_key("the server"))?;
+        let shore = self.own_shore()?;
         let present = if new { None } else { self.access(name)? };
         let (common_name, aboard) = match present {
             Some(access) => (access.common_name, access.aboard),
@@ -156,8 +155,23 @@ impl Tunnel for OpenVpn<'_> {
         files::write(&self.path(name), text.as_bytes())
     }
 
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.secret(&format!("{name}.{EXTENSION}"))
+    }
+
+    fn standing(&self, name: &str) -> anyhow::Result<Option<Ipv4Addr>> {
+        if matches!(self.kept(name), Ok(Some(_))) {
+            return Ok(None);
+        }
+        let Some(place) = self.places_of(name)?.into_iter().next() else { return Ok(None) };
+        let text = files::read(&place)?.unwrap_or_default();
+        openvpn::placed(&text).map(Some).with_context(|| format!("{} is damaged too", place.display()))
+    }
+
     fn names(&self) -> anyhow::Result<Vec<String>> {
-        self.0.names(EXTENSION)
+        let places = files::entries(&self.places_folder())?;
+        let placed = places.iter().filter_map(|path| owner(path.file_name()?.to_str()?).map(str::to_owned));
+        Ok(self.0.names(EXTENSION)?.into_iter().chain(placed).collect::<BTreeSet<_>>().into_iter().collect())
     }
 
     fn forget(&self, name: &str) -> anyhow::Result<bool> {
@@ -167,8 +181,8 @@ impl Tunnel for OpenVpn<'_> {
         Ok(place? || kept)
     }
 
-    fn keeps_place(&self) -> bool {
-        true
+    fn places(&self) -> Option<PathBuf> {
+        Some(self.places_folder())
     }
 
     fn folder(&self) -> PathBuf {
@@ -180,15 +194,15 @@ impl Tunnel for OpenVpn<'_> {
     }
 
     fn texts(&self, fleet: &Fleet, members: &[Member]) -> anyhow::Result<Vec<(PathBuf, String)>> {
-        let shore = self.shore()?.with_context(|| state::no_key("the server"))?;
+        let shore = self.own_shore()?;
         let mut texts =
             vec![(self.folder().join(format!("{INTERFACE}.conf")), openvpn::ashore(fleet, &shore))];
         for Member { name, address } in members {
             let places = match self.kept(name) {
-                Ok(Some(Kept::Access(access))) => vec![self.places().join(access.common_name)],
-                Ok(Some(Kept::Earlier) | None) => Vec::new(),
-                // Damaged: the place that it has stays.
-                Err(_) => self.places_of(name)?,
+                Ok(Some(Kept::Access(access))) => vec![self.places_folder().join(access.common_name)],
+                Ok(Some(Kept::Earlier)) => Vec::new(),
+                // Damaged or lost: the place that it has stays.
+                Ok(None) | Err(_) => self.places_of(name)?,
             };
             let place = openvpn::place(fleet.vpn.network, *address);
             texts.extend(places.into_iter().map(|path| (path, place.clone())));
@@ -198,7 +212,7 @@ impl Tunnel for OpenVpn<'_> {
 
     fn aboard(&self, fleet: &Fleet, vessel: &Vessel) -> anyhow::Result<(Part, String)> {
         let access = self.access(&vessel.name)?.with_context(|| state::no_key(&vessel.name))?;
-        let shore = self.shore()?.with_context(|| state::no_key("the server"))?;
+        let shore = self.own_shore()?;
         Ok((Part::OpenVpn, openvpn::aboard(fleet, vessel, &access.aboard, &shore.shield)))
     }
 
@@ -206,19 +220,24 @@ impl Tunnel for OpenVpn<'_> {
         let Some(shore) = self.shore()? else { return Ok(Vec::new()) };
         let mut doubts = Vec::new();
         for name in self.names()? {
-            if matches!(self.kept(&name), Ok(Some(Kept::Earlier))) {
-                doubts.push(format!(
-                    "an earlier version made the certificate of {name}, and OpenVPN refuses it once root has the new files: \
-                     `lutra-server fleet apply` makes another; the boat needs a new bundle"
-                ));
-            }
+            let by = match self.kept(&name) {
+                Ok(Some(Kept::Earlier)) => "an earlier version made",
+                Ok(Some(Kept::Access(access))) if !is_signed_by(&shore, &access) => {
+                    "an authority before this one signed"
+                }
+                Ok(Some(Kept::Access(_)) | None) | Err(_) => continue,
+            };
+            doubts.push(format!(
+                "{by} the certificate of {name}, and OpenVPN refuses it once root has the new files: `lutra-server fleet apply` makes \
+                 another where the vessel is in the fleet file; the boat needs a new bundle"
+            ));
         }
         let until = authority_validity(&shore.authority.certificate).map(|validity| validity.until);
         let near = until.filter(|until| *until - now < NOTICE_US);
         doubts.extend(near.map(|until| {
             format!(
-                "the certificates of the VPN end on {}: before that remove {}, apply the fleet file and bring every boat a new \
-                 bundle",
+                "the certificates of the VPN end on {}: before that remove {}, apply the fleet file with --new-server-key and bring \
+                 every boat a new bundle",
                 clock::written(until),
                 self.shore_path().display()
             )
@@ -226,14 +245,16 @@ impl Tunnel for OpenVpn<'_> {
         Ok(doubts)
     }
 
-    fn tell_next(&self) {
-        say!(
-            "  sudo rm -rf /etc/openvpn/server/{}    # also takes out boats that have no place any more",
-            openvpn::PLACES
-        );
-        say!("  sudo cp -r {}/. /etc/openvpn/server/", self.folder().display());
-        say!("  sudo chmod -R a+rX /etc/openvpn/server/{}", openvpn::PLACES);
-        say!("  sudo systemctl enable openvpn-server@lutra && sudo systemctl restart openvpn-server@lutra");
+    fn steps(&self) -> Vec<String> {
+        let there = "/etc/openvpn/server";
+        vec![
+            // Also takes out boats that have no place any more.
+            format!("sudo rm -rf {there}/{}", openvpn::PLACES),
+            format!("sudo cp -r {}/. {there}/", self.folder().display()),
+            format!("sudo chmod -R a+rX {there}/{}", openvpn::PLACES),
+            "sudo systemctl enable openvpn-server@lutra".to_owned(),
+            "sudo systemctl restart openvpn-server@lutra".to_owned(),
+        ]
     }
 }
 
@@ -272,7 +293,10 @@ mod tests {
         assert_eq!(vpn.address("otter-01").unwrap(), None, "another authority signed it");
         fs::write(vpn.path("otter-01"), "half").unwrap();
         let why = vpn.address("otter-01").err().unwrap().to_string();
-        assert!(why.contains("otter-01.ovpn is damaged: remove it"), "{why}");
+        assert!(
+            why.contains("otter-01.ovpn is damaged: bring it back from the backup; without one remove it"),
+            "{why}"
+        );
     }
 
     #[test]
@@ -283,12 +307,13 @@ mod tests {
         // The name of one begins as that of a certificate of the other.
         let names = ["otter", "otter.0123456789abcdef"];
         for name in names {
-            fs::create_dir_all(vpn.places()).unwrap();
-            fs::write(vpn.places().join(format!("{name}.00000000000000ff")), "").unwrap();
+            fs::create_dir_all(vpn.places_folder()).unwrap();
+            fs::write(vpn.places_folder().join(format!("{name}.00000000000000ff")), "").unwrap();
         }
         files::write(&vpn.path("otter"), b"half").unwrap();
         assert!(vpn.forget("otter").unwrap(), "the server's key is not asked for");
-        assert!(vpn.names().unwrap().is_empty() && vpn.places_of(names[0]).unwrap().is_empty());
+        assert_eq!(vpn.names().unwrap(), names[1..], "by its place alone");
+        assert!(vpn.places_of(names[0]).unwrap().is_empty());
         assert_eq!(vpn.places_of(names[1]).unwrap().len(), 1);
     }
 
@@ -313,7 +338,7 @@ mod tests {
         let files = Files::new(data.path(), None);
         let vpn = OpenVpn(&files);
         vpn.make_shore(now()).unwrap();
-        let in_days = |days: i64| UtcTime::from_micros(now().micros() + days * 86_400_000_000);
+        let in_days = |days: i64| UtcTime::from_micros(now().micros() + days * DAY_US);
         assert!(vpn.doubts(now()).unwrap().is_empty() && vpn.doubts(in_days(3_200)).unwrap().is_empty());
         let told = vpn.doubts(in_days(3_400)).unwrap().concat();
         assert!(told.contains("end on") && told.contains("openvpn.key"), "{told}");

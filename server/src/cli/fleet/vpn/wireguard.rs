@@ -1,11 +1,11 @@
 //! WireGuard: a key for the server and for each vessel, and two files in `DATA/vpn`.
 
-use super::super::files::{self, Files};
+use super::super::files::{self, Became, Files};
 use super::super::state;
 use super::{Member, Tunnel, firewall};
-use crate::cli::say::say;
 use anyhow::Context as _;
 use provision::{Fleet, INTERFACE, Part, Peer, Vessel, VpnKey, wireguard};
+use std::collections::BTreeSet;
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use units::UtcTime;
@@ -16,18 +16,14 @@ const EXTENSION: &str = "vpn";
 pub(super) struct WireGuard<'a>(pub(super) &'a Files);
 
 impl WireGuard<'_> {
-    fn server_path(&self) -> PathBuf {
-        self.0.secret("server.key")
-    }
-
     fn server_key(&self) -> anyhow::Result<Option<VpnKey>> {
-        let path = self.server_path();
+        let path = self.shore_path();
         let Some(text) = files::read(&path)? else { return Ok(None) };
-        VpnKey::parse(&text).map(Some).with_context(|| files::damaged(&path))
+        VpnKey::parse(&text).map(Some).with_context(|| self.0.server_key_is(Became::Damaged, &path))
     }
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.secret(&format!("{name}.{EXTENSION}"))
+    fn own_server_key(&self) -> anyhow::Result<VpnKey> {
+        self.server_key()?.with_context(|| self.0.server_key_is(Became::Lost, &self.shore_path()))
     }
 
     /// A vessel's key and address.
@@ -37,7 +33,32 @@ impl WireGuard<'_> {
         let mut lines = text.lines();
         let key = lines.next().and_then(VpnKey::parse);
         let address = lines.next().and_then(|line| line.trim().parse().ok());
-        key.zip(address).map(Some).with_context(|| files::damaged(&path))
+        key.zip(address).map(Some).with_context(|| files::unusable(&path, Became::Damaged))
+    }
+
+    /// The peers of the server's side as it is.
+    fn peers(&self) -> anyhow::Result<Vec<Peer>> {
+        Ok(files::read(&self.configuration())?.map_or_else(Vec::new, |text| wireguard::peers(&text)))
+    }
+
+    /// A vessel's place in it, where the vessel's own file is damaged or lost.
+    fn standing_peer(&self, name: &str) -> anyhow::Result<Option<Peer>> {
+        if matches!(self.access(name), Ok(Some(_))) {
+            return Ok(None);
+        }
+        Ok(self.peers()?.into_iter().find(|peer| peer.name == name))
+    }
+
+    /// Takes a vessel's place. Returns whether it had one.
+    fn end_place(&self, name: &str) -> anyhow::Result<bool> {
+        let path = self.configuration();
+        let Some(text) = files::read(&path)? else { return Ok(false) };
+        let without = wireguard::without(&text, name);
+        let had = without != text;
+        if had {
+            files::write(&path, without.as_bytes())?;
+        }
+        Ok(had)
     }
 
     fn configuration(&self) -> PathBuf {
@@ -50,9 +71,13 @@ impl Tunnel for WireGuard<'_> {
         Ok(self.server_key()?.is_some())
     }
 
+    fn shore_path(&self) -> PathBuf {
+        self.0.secret("server.key")
+    }
+
     fn make_shore(&self, _: UtcTime) -> anyhow::Result<()> {
         let key = VpnKey::from_random(state::random()?);
-        files::write(&self.server_path(), format!("{}\n", key.private()).as_bytes())
+        files::write(&self.shore_path(), format!("{}\n", key.private()).as_bytes())
     }
 
     fn address(&self, name: &str) -> anyhow::Result<Option<Ipv4Addr>> {
@@ -68,16 +93,29 @@ impl Tunnel for WireGuard<'_> {
         files::write(&self.path(name), format!("{}\n{address}\n", key.private()).as_bytes())
     }
 
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.secret(&format!("{name}.{EXTENSION}"))
+    }
+
+    fn standing(&self, name: &str) -> anyhow::Result<Option<Ipv4Addr>> {
+        Ok(self.standing_peer(name)?.map(|peer| peer.address))
+    }
+
     fn names(&self) -> anyhow::Result<Vec<String>> {
-        self.0.names(EXTENSION)
+        let placed = self.peers()?.into_iter().map(|peer| peer.name);
+        Ok(self.0.names(EXTENSION)?.into_iter().chain(placed).collect::<BTreeSet<_>>().into_iter().collect())
     }
 
     fn forget(&self, name: &str) -> anyhow::Result<bool> {
-        files::remove(&self.path(name))
+        // Its place first, so that a place without a file is never that of a vessel whose access was taken. Each goes though the
+        // other cannot.
+        let place = self.end_place(name);
+        let kept = files::remove(&self.path(name))?;
+        Ok(place? || kept)
     }
 
-    fn keeps_place(&self) -> bool {
-        false
+    fn places(&self) -> Option<PathBuf> {
+        None
     }
 
     fn folder(&self) -> PathBuf {
@@ -89,11 +127,13 @@ impl Tunnel for WireGuard<'_> {
     }
 
     fn texts(&self, fleet: &Fleet, members: &[Member]) -> anyhow::Result<Vec<(PathBuf, String)>> {
-        let key = self.server_key()?.context("there is no VPN key of the server")?;
+        let key = self.own_server_key()?;
         let mut peers = Vec::new();
         for Member { name, address } in members {
-            let access = self.access(name)?;
-            let public = access.map(|(key, _)| key.public());
+            let public = match self.access(name) {
+                Ok(Some((key, _))) => Some(key.public()),
+                Ok(None) | Err(_) => self.standing_peer(name)?.map(|peer| peer.public),
+            };
             peers.extend(public.map(|public| Peer { name: name.clone(), address: *address, public }));
         }
         Ok(vec![(self.configuration(), wireguard::ashore(fleet, &key, &peers))])
@@ -101,7 +141,7 @@ impl Tunnel for WireGuard<'_> {
 
     fn aboard(&self, fleet: &Fleet, vessel: &Vessel) -> anyhow::Result<(Part, String)> {
         let (key, _) = self.access(&vessel.name)?.with_context(|| state::no_key(&vessel.name))?;
-        let server = self.server_key()?.with_context(|| state::no_key("the server"))?;
+        let server = self.own_server_key()?;
         Ok((Part::Vpn, wireguard::aboard(fleet, vessel, &key, &server.public())))
     }
 
@@ -109,10 +149,13 @@ impl Tunnel for WireGuard<'_> {
         Ok(Vec::new())
     }
 
-    fn tell_next(&self) {
+    fn steps(&self) -> Vec<String> {
         let (wireguard, firewall) = (self.configuration(), firewall(&self.folder()));
-        say!("  sudo install -m 600 {} {} /etc/wireguard/", wireguard.display(), firewall.display());
-        say!("  sudo systemctl enable wg-quick@lutra && sudo systemctl restart wg-quick@lutra");
+        vec![
+            format!("sudo install -m 600 {} {} /etc/wireguard/", wireguard.display(), firewall.display()),
+            "sudo systemctl enable wg-quick@lutra".to_owned(),
+            "sudo systemctl restart wg-quick@lutra".to_owned(),
+        ]
     }
 }
 
@@ -144,6 +187,9 @@ mod tests {
         let files = Files::new(data.path(), None);
         files::write(&files.secret("otter-01.vpn"), b"half").unwrap();
         let error = WireGuard(&files).address("otter-01").unwrap_err().to_string();
-        assert!(error.contains("otter-01.vpn is damaged: remove it"), "{error}");
+        assert!(
+            error.contains("otter-01.vpn is damaged: bring it back from the backup; without one remove it"),
+            "{error}"
+        );
     }
 }
