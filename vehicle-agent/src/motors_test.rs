@@ -43,7 +43,7 @@ pub(crate) struct MotorsTestArguments {
     #[arg(long, default_value = "Hardware")]
     profile: String,
     /// The agent's folder for plans and logs, as of `run`: it must not be in use.
-    #[arg(long, default_value = "lutra-data")]
+    #[arg(long, default_value = "lutra-agent-data")]
     data: PathBuf,
 }
 

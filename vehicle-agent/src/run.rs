@@ -62,7 +62,7 @@ pub(crate) struct RunArguments {
     #[arg(long, default_value = SIMULATION)]
     profile: String,
     /// Folder for plans and logs; one agent at a time may use it.
-    #[arg(long, default_value = "lutra-data")]
+    #[arg(long, default_value = "lutra-agent-data")]
     data: PathBuf,
     /// Record all inputs and outputs of the brain, for `replay`.
     #[arg(long)]

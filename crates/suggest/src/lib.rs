@@ -28,6 +28,7 @@ pub fn alike<'w>(text: &str, words: impl Iterator<Item = &'w str>) -> Vec<&'w st
         })
         .collect();
     found.sort_unstable();
+    found.dedup();
     found.into_iter().take(OFFERED).map(|(_, word)| word).collect()
 }
 

@@ -211,6 +211,14 @@ pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Re
 /// `lutra-server export`.
 pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
+    if let (Some(from), Some(to)) = (arguments.from, arguments.to) {
+        ensure!(from <= to, "--to {to} is before --from {from}");
+    }
+    let is_raw = arguments.messages.iter().any(|name| name == store::RAW);
+    ensure!(
+        arguments.format != Format::Lsf || !is_raw,
+        "a log has all packets as they came, also those of `_raw`: leave --message out, or write CSV"
+    );
     let selection = Selection {
         messages: arguments.messages.clone(),
         systems: vessels(&data, &arguments.vessels)?,

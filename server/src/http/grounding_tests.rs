@@ -223,6 +223,15 @@ async fn nobody_is_sent_to_a_place_in_danger_nor_over_one() {
     for danger in [[63.44416, 10.3516], [63.4500, 10.3250]] {
         is_refused(&scene.order(goto(danger)).await);
     }
+    // What the guard cannot lay out is not passed as safe: a vessel with DUNE has no guard of its own.
+    let mut too_fast = goto([63.44416, 10.3516]);
+    too_fast["speed_mps"] = json!(4.0);
+    for unjudged in [too_fast, goto([0.0, 0.0])] {
+        let (status, answer) = scene.order(unjudged).await;
+        assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY, "{answer}");
+        let text = answer["error"]["text"].as_str().unwrap();
+        assert!(text.starts_with("It cannot be checked against the chart and was not sent: "), "{text}");
+    }
     assert_eq!(scene.order(goto(OPEN[0])).await.0, StatusCode::ACCEPTED);
 }
 

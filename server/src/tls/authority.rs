@@ -19,6 +19,7 @@ use rustls::pki_types::{CertificateDer, ServerName, UnixTime};
 use shore::clock;
 use std::fs;
 use std::io::Write as _;
+use std::net::IpAddr;
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -253,6 +254,11 @@ fn sign(
         authority.parent().unwrap_or(authority).display()
     );
     let issuer = Issuer::new(authority_parameters(now)?, issuer_key);
+    if let Some(wrong) = names.iter().find(|name| !is_host(name)) {
+        bail!(
+            "--name `{wrong}` is neither a host name nor an IP address; write it like shore.example.org or 10.8.0.1"
+        );
+    }
     let mut parameters = CertificateParams::new(names)
         .with_context(|| format!("{} cannot be in a certificate", names.join(", ")))?;
     // A certificate must not outlast its authority.
@@ -267,6 +273,23 @@ fn sign(
     // Certificates end at midnight: read the actual end from it.
     let made = Facts::of(signed.der()).context("the certificate that was made cannot be read")?;
     Ok(Signed { pem: signed.pem(), until: made.until })
+}
+
+/// Whether a text can be the name of a computer (RFC 1123; a first label `*` stands for any) or is an address.
+fn is_host(name: &str) -> bool {
+    let is_label = |label: &str| {
+        (1..=63).contains(&label.len())
+            && label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-')
+            && !label.starts_with('-')
+            && !label.ends_with('-')
+    };
+    // What ends in a number is an address, or nothing.
+    let is_number = |label: &str| label.bytes().all(|byte| byte.is_ascii_digit());
+    if name.parse::<IpAddr>().is_ok() {
+        return true;
+    }
+    let labels = name.strip_prefix("*.").unwrap_or(name);
+    name.len() <= 253 && labels.split('.').all(is_label) && !labels.rsplit('.').next().is_some_and(is_number)
 }
 
 /// The same parameters for the same key, so that certificates signed later still chain to it.
@@ -310,6 +333,16 @@ mod tests {
 
     fn names(names: &[&str]) -> Vec<String> {
         names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    #[test]
+    fn a_certificate_is_for_names_and_addresses_alone() {
+        for name in ["shore", "shore.example.org", "*.example.org", "10.8.0.1", "fd00::1", "a-1.b2"] {
+            assert!(is_host(name), "{name}");
+        }
+        for name in ["", "bad name", "10.8.0.999", "bad_name", "a..b", "-a", "a-", "a.*", &"x".repeat(64)] {
+            assert!(!is_host(name), "{name}");
+        }
     }
 
     fn configured(made: &Made) -> Tls {

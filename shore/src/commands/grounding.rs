@@ -11,6 +11,7 @@ use crate::fleet::Fleet;
 use crate::identity::{People, Principal};
 use crate::plans;
 use crate::router::Router;
+use api::say;
 use guard::{GuardLimits, Outcome};
 use imc::Address;
 use imc::messages::PlanSpecification;
@@ -81,7 +82,8 @@ impl Grounding {
         }
     }
 
-    /// Why the order is refused, if the chart shows danger on its way.
+    /// Why the order is refused, if the chart shows danger on its way, or the way cannot be laid out on the chart: what the guard
+    /// cannot judge is never passed as safe.
     ///
     /// # Errors
     /// Plans cannot be read, or the server is stopping.
@@ -103,9 +105,17 @@ impl Grounding {
             Order::Upload(_) => self.of_drawing(Some(vessel)).await,
             _ => self.of_start(vessel).await,
         };
-        let judged = move || plans::understood(&plan).and_then(|plan| judge.guard(&plan));
-        let guard = slow(judged).await?;
-        Ok(guard.filter(|guard| guard.outcome == Outcome::Refused.code()).map(Error::grounding))
+        let judged = move || match plans::understood(&plan) {
+            Ok(plan) => {
+                let guard = judge.guard(&plan).filter(|guard| guard.outcome == Outcome::Refused.code());
+                guard.map(Error::grounding)
+            }
+            Err(problem) => Some(Error::refused(
+                say("It cannot be checked against the chart and was not sent: {problem}")
+                    .with_said("problem", problem),
+            )),
+        };
+        slow(judged).await
     }
 
     /// The plan of that name as the vessel reported it, if it is still the one aboard.

@@ -212,13 +212,14 @@ pub(super) async fn set_password(
 /// Gives or, with `None`, takes a role on a vessel (`None`: all vessels).
 ///
 /// # Errors
-/// No admin would be left.
+/// No admin would be left, or there is no such role to take: who takes it would believe that access has ended.
 pub(super) async fn set_permission(
     db: &mut SqliteConnection,
     person: i64,
     vessel: Option<u16>,
     role: Option<Role>,
 ) -> Result<(), Fault> {
+    let of_all = vessel.is_none();
     let vessel = vessel.map_or(ALL, i64::from);
     let query = match role {
         None => sqlx::query("DELETE FROM permission WHERE person = ?1 AND vessel = ?2"),
@@ -228,7 +229,15 @@ pub(super) async fn set_permission(
     };
     let query = query.bind(person).bind(vessel);
     let query = if let Some(role) = role { query.bind(number(role)) } else { query };
-    query.execute(&mut *db).await?;
+    if query.execute(&mut *db).await?.rows_affected() == 0 {
+        return Err(Fault::refused(if of_all {
+            say("This person has no role on all vessels. Roles on single vessels are taken one by one.")
+        } else {
+            say(
+                "This person has no role on this vessel alone. A role on all vessels includes it: take that one.",
+            )
+        }));
+    }
     somebody_manages(db).await
 }
 
@@ -344,6 +353,8 @@ mod tests {
         assert_eq!(people[1].permissions.len(), 2);
         assert_eq!(grants(&mut db, nils).await.unwrap().on(2068), Some(Role::Operator));
         set_permission(&mut db, nils, Some(2068), None).await.unwrap();
+        let refused = set_permission(&mut db, nils, Some(2068), None).await.unwrap_err().to_string();
+        assert!(refused.contains("A role on all vessels includes it"), "{refused}");
         assert_eq!(grants(&mut db, nils).await.unwrap().on(2068), Some(Role::Viewer));
     }
 }

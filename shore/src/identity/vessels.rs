@@ -58,6 +58,12 @@ async fn add(db: &mut SqliteConnection, address: u16, name: &str, now: UtcTime) 
     if !(1..=64).contains(&name.chars().count()) || !name.chars().all(good) {
         return Err(Fault::refused(say("A vessel's name has 1 to 64 letters, digits and . _ - in it.")));
     }
+    if self::address(name).is_ok() {
+        return Err(Fault::refused(say(
+            "{name} is an address, which could be that of another vessel: choose a name with a letter, like otter-1.",
+        )
+        .with("name", name)));
+    }
     if matches!(address, 0 | 0xFFFF) {
         return Err(Fault::refused(say("0 and 0xFFFF cannot be a vessel's address.")));
     }
@@ -92,15 +98,17 @@ pub(super) async fn list(db: &mut SqliteConnection) -> Result<Vec<Vessel>, Fault
     Ok(rows.into_iter().map(|(address, name)| Vessel { address, name }).collect())
 }
 
-/// The vessel that `text` names, or whose address it is (`2068` or `0x0814`).
+/// The vessel whose address `text` is (`2068` or `0x0814`), or that it names. An address goes first: an app.db of an earlier version may
+/// have a vessel whose name is another's address.
 ///
 /// # Errors
 /// Neither.
 pub async fn named(db: &mut SqliteConnection, text: &str) -> Result<u16, Fault> {
-    if let Some(vessel) = list(db).await?.into_iter().find(|vessel| vessel.name.eq_ignore_ascii_case(text)) {
-        return Ok(vessel.address);
+    if let Ok(address) = address(text) {
+        return Ok(address);
     }
-    address(text).map_err(|_| {
+    let named = list(db).await?.into_iter().find(|vessel| vessel.name.eq_ignore_ascii_case(text));
+    named.map(|vessel| vessel.address).ok_or_else(|| {
         Fault::refused(
             say("There is no vessel {text}; see `lutra-server vessel list`, or give its address.")
                 .with("text", text),
@@ -138,6 +146,19 @@ mod tests {
         );
         assert!(add(&mut db, 9, "<b>", UtcTime::default()).await.is_err());
         assert!(add(&mut db, 0xFFFF, "all", UtcTime::default()).await.is_err());
+    }
+
+    #[tokio::test]
+    async fn a_name_is_never_taken_for_another_vessels_address() {
+        let mut db = fresh().await;
+        for name in ["0x1113", "4371"] {
+            let refused = add(&mut db, 0x1234, name, UtcTime::default()).await.unwrap_err().to_string();
+            assert!(refused.contains("is an address") && refused.contains("otter-1"), "{refused}");
+        }
+        // As an earlier version took it.
+        let sql = "INSERT INTO vessel VALUES (0x1234, '0x1113', 0)";
+        sqlx::query(sql).execute(&mut db).await.unwrap();
+        assert_eq!(named(&mut db, "0x1113").await.unwrap(), 0x1113);
     }
 
     #[tokio::test]

@@ -61,9 +61,16 @@ pub fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
     check_with(plan, now, |_| None)
 }
 
-/// The plan as its vessel interprets it, if it has no problems.
-pub fn understood(specification: &PlanSpecification) -> Option<Plan> {
-    onboard::checked_plan(specification, &Settings::otter("shore", Address(0))).ok()
+/// The plan as its vessel interprets it.
+///
+/// # Errors
+/// It has problems, so that it cannot be laid out on the chart; the error is the first of them.
+pub fn understood(specification: &PlanSpecification) -> Result<Plan, Said> {
+    let settings = Settings::otter("shore", Address(0));
+    onboard::checked_plan(specification, &settings).map_err(|problems| {
+        let first = problems.0.first().map(|one| of_problem(one, &settings.mission.limits.speed));
+        first.map(|trouble| said(&trouble)).unwrap_or_default()
+    })
 }
 
 /// Checks a plan that is within its [`limits`], also against the chart.

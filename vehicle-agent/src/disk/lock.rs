@@ -6,6 +6,8 @@ use std::io::{Read as _, Seek as _, Write as _};
 use std::path::Path;
 
 const NAME: &str = "agent.lock";
+/// What stands in a folder of an agent, also before its first run: `provision` brings the chart.
+const OWN: [&str; 5] = [NAME, "chart", "logs", "plans", "spool"];
 
 /// The folder of data is in use by another agent.
 #[derive(Debug)]
@@ -24,8 +26,9 @@ impl std::error::Error for InUse {}
 pub(crate) struct DataLock(File);
 
 impl DataLock {
-    /// Locks a folder, making it if needed.
+    /// Locks a folder, making it if needed. One that holds other things and nothing of an agent's is left as it is.
     pub(crate) fn take(folder: &Path) -> anyhow::Result<Self> {
+        refuse_foreign(folder)?;
         fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         let path = folder.join(NAME);
         let mut file = OpenOptions::new()
@@ -59,6 +62,28 @@ impl DataLock {
     }
 }
 
+/// A mistyped folder, such as /etc, must not fill with plans and logs. Files may lie in it, as its configuration does.
+fn refuse_foreign(folder: &Path) -> anyhow::Result<()> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    let (mut foreign, mut is_own) = (None, false);
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        is_own |= OWN.contains(&name.as_str());
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if is_folder && !name.starts_with('.') && name != "lost+found" {
+            foreign = Some(name);
+        }
+    }
+    match foreign {
+        Some(foreign) if !is_own => anyhow::bail!(
+            "{} is not a folder of an agent: it holds the folder {foreign}, and nothing that an agent wrote. Nothing was \
+             changed; name an empty or a new folder with --data",
+            folder.display()
+        ),
+        _ => Ok(()),
+    }
+}
+
 impl Drop for DataLock {
     fn drop(&mut self) {
         self.0.set_len(0).ok();
@@ -79,5 +104,19 @@ mod tests {
         assert!(refused.to_string().contains(&std::process::id().to_string()), "{refused}");
         drop(first);
         DataLock::take(&path).unwrap();
+    }
+
+    #[test]
+    fn a_folder_of_other_things_is_left_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("otter.ini"), "").unwrap();
+        drop(DataLock::take(folder.path()).unwrap());
+        fs::remove_file(folder.path().join(NAME)).unwrap();
+        fs::create_dir(folder.path().join("systemd")).unwrap();
+        let refused = DataLock::take(folder.path()).unwrap_err().to_string();
+        assert!(refused.contains("it holds the folder systemd") && refused.contains("--data"), "{refused}");
+        assert!(!folder.path().join(NAME).exists(), "nothing was made");
+        fs::create_dir(folder.path().join("plans")).unwrap();
+        DataLock::take(folder.path()).unwrap();
     }
 }

@@ -36,7 +36,7 @@ pub(crate) struct DoctorArguments {
     #[arg(long, default_value = "Hardware")]
     profile: String,
     /// Folder for plans and logs, as of `run`.
-    #[arg(long, default_value = "lutra-data")]
+    #[arg(long, default_value = "lutra-agent-data")]
     data: PathBuf,
     /// How long devices and the shore may take to answer (s).
     #[arg(long, default_value_t = 8)]

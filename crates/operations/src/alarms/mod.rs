@@ -74,7 +74,8 @@ impl Alarms {
         // A silence that was an alarm when the server ended continues as that alarm, with its time.
         let stands = |vessel| {
             self.all.iter().any(|(key, one)| {
-                (key.vessel, key.kind) == (vessel, Kind::NotHeard) && one.state != State::Normal
+                let holds = matches!(one.state, State::Unacknowledged | State::Acknowledged);
+                (key.vessel, key.kind) == (vessel, Kind::NotHeard) && holds
             })
         };
         seen.troubles.retain(|one| one.key.kind != Kind::NeverHeard || !stands(one.key.vessel));

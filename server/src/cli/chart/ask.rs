@@ -11,16 +11,16 @@ use units::LatLon;
 #[derive(Debug, Args)]
 struct Needs {
     /// Depth that the vessel needs (m): draught, squat and water under the keel.
-    #[arg(long = "needs", value_name = "M", default_value_t = 1.0)]
+    #[arg(long = "needs", value_name = "M", default_value_t = 1.0, value_parser = metres, allow_negative_numbers = true)]
     depth_m: f64,
     /// Height of the water above chart datum (m).
-    #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = water_level, allow_negative_numbers = true)]
     water_level: f64,
     /// How far the vessel may be from where it believes to be (m).
-    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = metres, allow_negative_numbers = true)]
     position: f64,
     /// Height above the water (m), for bridges and cables.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = metres, allow_negative_numbers = true)]
     air_draught: Option<f64>,
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
@@ -34,7 +34,7 @@ pub(super) struct DepthArguments {
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
     at: LatLon,
     /// The worst within this distance of it (m), so that single rocks count.
-    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = metres, allow_negative_numbers = true)]
     radius: f64,
     #[command(flatten)]
     needs: Needs,
@@ -52,7 +52,7 @@ pub(super) struct CorridorArguments {
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
     to: LatLon,
     /// Half the width that is looked at (m).
-    #[arg(long, value_name = "M", default_value_t = 20.0)]
+    #[arg(long, value_name = "M", default_value_t = 20.0, value_parser = metres, allow_negative_numbers = true)]
     half_width: f64,
     #[command(flatten)]
     needs: Needs,
@@ -64,6 +64,23 @@ pub(in crate::cli) fn place(text: &str) -> Result<LatLon, String> {
     let number =
         |text: &str| text.trim().parse::<f64>().map_err(|_| format!("{text:?} is not a number of degrees"));
     LatLon::from_deg(number(lat)?, number(lon)?).map_err(|error| error.to_string())
+}
+
+/// Most metres that a question may have, and how far water can stand above or below chart datum (m).
+const MOST_M: f64 = 10_000.0;
+const TIDE_M: f64 = 20.0;
+
+fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    let metres: f64 = text.parse().map_err(|_| "this is not a number of metres".to_owned())?;
+    if (least..=most).contains(&metres) { Ok(metres) } else { Err(format!("{least} to {most} m")) }
+}
+
+fn metres(text: &str) -> Result<f64, String> {
+    within(text, 0.0, MOST_M)
+}
+
+fn water_level(text: &str) -> Result<f64, String> {
+    within(text, -TIDE_M, TIDE_M)
 }
 
 impl Needs {
@@ -196,4 +213,19 @@ fn described(index: &DepthIndex, answer: &DepthAnswer) -> Value {
            "zone": answer.zone, "lat_deg": answer.at.lat_deg(), "lon_deg": answer.at.lon_deg(),
            "along_m": answer.along_m, "off_m": answer.off_m, "half_width_m": answer.half_width_m,
            "object": object})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_that_cannot_be_is_refused_with_what_can() {
+        assert_eq!((metres("0"), water_level("-1.5")), (Ok(0.0), Ok(-1.5)));
+        for text in ["-5", "nan", "inf", "10001"] {
+            assert_eq!(metres(text), Err("0 to 10000 m".to_owned()), "{text}");
+        }
+        assert_eq!(water_level("500"), Err("-20 to 20 m".to_owned()));
+        assert!(metres("deep").unwrap_err().contains("metres"));
+    }
 }

@@ -39,10 +39,8 @@ pub(super) fn check(
 ) -> anyhow::Result<()> {
     let CheckArguments { plan: name, from } = arguments;
     let specification = find(config, name)?;
-    let plan = plans::understood(&specification);
-    let plan = plan.ok_or_else(|| {
-        anyhow!("{name}: a vessel would not take this plan at all; import it on the page of plans to see why")
-    })?;
+    let plan = plans::understood(&specification)
+        .map_err(|problem| anyhow!("{name}: no vessel would take this plan: {problem}"))?;
     let limits = Limits { demanded: config.charts.limits(), of_vessel: false };
     let guard = told(&check_plan(&plan, *from, &index(db)?, &limits.demanded), &limits);
     if json {

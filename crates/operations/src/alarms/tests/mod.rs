@@ -348,6 +348,28 @@ fn an_acknowledged_alarm_survives_a_restart_and_goes_when_its_vessel_is_well() {
 }
 
 #[test]
+fn a_silence_that_was_over_before_a_restart_does_not_hide_the_next() {
+    let mut bench = Bench::new();
+    bench.mode(VehicleStateOpMode::Maneuver, 450);
+    bench.silence(12);
+    bench.say(0, m::Heartbeat);
+    bench.pass(10);
+    let saved: Vec<Saved> = bench.alarms.standing().map(Saved::from).collect();
+    assert_eq!(
+        saved.iter().map(|one| (one.key.kind, one.state)).collect::<Vec<_>>(),
+        [(Kind::NotHeard, State::Returned)]
+    );
+    let mut after = Bench { fleet: Fleet::default(), alarms: Alarms::default(), ..bench };
+    for one in saved {
+        after.alarms.restore(after.now(), one);
+    }
+    after.shore.expected = vec![BOAT];
+    after.silence(100);
+    let kinds: Vec<Kind> = after.alarms.standing().map(|one| one.key.kind).collect();
+    assert!(kinds.contains(&Kind::NeverHeard), "{kinds:?}");
+}
+
+#[test]
 fn when_all_places_are_taken_the_urgent_get_one_and_the_rest_is_counted() {
     let mut alarms = Alarms::default();
     let at = |s: u64| Now {
