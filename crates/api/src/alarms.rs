@@ -126,7 +126,7 @@ pub enum AlarmSaying {
     LogBook {
         /// Which part did.
         part: String,
-        /// What.
+        /// What is said.
         words: String,
     },
     /// The server cannot record, or its history lags behind.
@@ -362,7 +362,7 @@ pub struct AlarmShelving {
     /// Until when, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub until_us: i64,
-    /// Why.
+    /// The reason that the person gave.
     pub reason: String,
 }
 

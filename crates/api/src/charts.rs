@@ -71,7 +71,7 @@ pub struct ChartTileQuery {
     pub set: Option<String>,
 }
 
-/// Where.
+/// A place on the chart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct ChartAtQuery {

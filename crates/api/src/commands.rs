@@ -39,7 +39,7 @@ pub struct StopQuery {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub struct LeaseRequest {
-    /// What.
+    /// What to do with the control.
     pub action: LeaseAction,
     /// Why, for the one who has control; needed to take over. 200 characters at most.
     #[serde(default)]

@@ -168,7 +168,7 @@ pub struct DatasetVersion {
 pub struct DatasetWithdrawn {
     /// Who did it, and when.
     pub written: LogWord,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
@@ -362,12 +362,12 @@ pub enum ShareVisitKind {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ShareVisit {
-    /// When.
+    /// Time of the visit.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// From which network address.
     pub address: String,
-    /// What.
+    /// What the visitor did.
     pub what: ShareVisitKind,
     /// Which file; empty where none.
     pub file: String,

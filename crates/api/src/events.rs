@@ -274,7 +274,7 @@ pub struct Gap {
     /// Until when, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub to_us: i64,
-    /// Why.
+    /// Why the packets are missing.
     pub kind: GapKind,
     /// Why, in words.
     pub reason: String,

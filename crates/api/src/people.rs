@@ -79,7 +79,7 @@ pub struct Session {
     /// Number to revoke it by.
     #[cfg_attr(test, ts(type = "number"))]
     pub id: i64,
-    /// Who.
+    /// The person.
     pub person: String,
     /// Login, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
@@ -165,7 +165,7 @@ pub struct AuditEntry {
     /// When, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
-    /// Who.
+    /// The person or program that did it.
     pub actor: String,
     /// From which address; `command line` for the program itself.
     pub address: String,

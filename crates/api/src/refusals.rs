@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Refusal {
-    /// Why.
+    /// The reason, as a code.
     pub error: RefusalReason,
 }
 
@@ -40,7 +40,7 @@ pub enum NoControl {
     Free,
     /// Another person has it.
     Held {
-        /// Who.
+        /// The person who has it.
         by: String,
     },
     /// Another window of the same person has it.
@@ -51,7 +51,7 @@ pub enum NoControl {
     NobodyWaits,
     /// Another person has asked already.
     Asked {
-        /// Who.
+        /// The person who has it.
         by: String,
         /// Within how many seconds they get an answer.
         #[cfg_attr(test, ts(type = "number"))]

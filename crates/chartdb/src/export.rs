@@ -35,7 +35,7 @@ pub struct Adapt {
 /// One point of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridRow {
-    /// Where.
+    /// The place.
     pub at: LatLon,
     /// Side of the square that it stands for (m).
     pub size_m: f64,
@@ -127,7 +127,7 @@ impl Walk<'_> {
 /// A vertex of the border of a depth area.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContourVertex {
-    /// Where.
+    /// The place.
     pub at: LatLon,
     /// Least depth of the area (m).
     pub least_m: f64,

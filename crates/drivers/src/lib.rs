@@ -38,9 +38,9 @@ pub enum Input<'a> {
 pub enum Output {
     /// The device has read something. `at` is when the reading was taken aboard, as well as the driver knows.
     Reading {
-        /// When.
+        /// Time of the reading.
         at: Now,
-        /// What.
+        /// The reading.
         reading: Reading,
     },
     /// Bytes for the device, in their order; `pace` between two of them where the device takes no more.

@@ -10,13 +10,13 @@ use serde_json::{Map, Value, json};
 /// Why a text is not GeoJSON of the wanted kind.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GeoJsonError {
-    /// No JSON.
+    /// Not JSON.
     #[error("this is not JSON: {0}; fetch the file again")]
     Json(String),
     /// A type that is not valid, or that holds neither points nor lines.
     #[error("{place}: a {found} is neither point nor line; export points and lines as a FeatureCollection")]
     Type {
-        /// Where.
+        /// Its place in the document, as `features[2].geometry`.
         place: String,
         /// Its type.
         found: String,
@@ -24,7 +24,7 @@ pub enum GeoJsonError {
     /// A type that is not valid, or that holds no polygons.
     #[error("{place}: a {found} is not a polygon; export polygons as a FeatureCollection")]
     NoPolygon {
-        /// Where.
+        /// Its place in the document.
         place: String,
         /// Its type.
         found: String,
@@ -32,13 +32,13 @@ pub enum GeoJsonError {
     /// A ring that is not valid.
     #[error("{place}: a ring needs four positions or more, the last equal to the first; repair the polygon")]
     Ring {
-        /// Where.
+        /// Its place in the document.
         place: String,
     },
     /// A position that is not valid.
     #[error("{place}: {found} is not longitude and latitude in degrees; convert the file to EPSG:4326")]
     Position {
-        /// Where.
+        /// Its place in the document.
         place: String,
         /// The text found.
         found: String,

@@ -25,7 +25,7 @@ pub enum GpxError {
     /// No XML.
     #[error("line {line}: this is not XML: {what}; fetch the file again")]
     Xml {
-        /// Where.
+        /// Line of the file.
         line: usize,
         /// What is wrong.
         what: String,
@@ -39,7 +39,7 @@ pub enum GpxError {
     /// A point without a place.
     #[error("line {line}: <{element}> needs lat within ±90 and lon within ±180 in degrees, it has {found}")]
     Position {
-        /// Where.
+        /// Line of the file.
         line: usize,
         /// The element.
         element: String,

@@ -61,7 +61,7 @@ impl Default for GuardLimits {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the guard's {name} is {value}; it must be a number from {least} on")]
 pub struct LimitsError {
-    /// Which.
+    /// The limit, by its name in a configuration.
     pub name: &'static str,
     /// Its value.
     pub value: f64,

@@ -152,7 +152,7 @@ impl Reason {
 /// The worst spot of a leg.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spot {
-    /// Where.
+    /// The place that is meant.
     pub at: LatLon,
     /// Least charted depth (m); negative where it dries, absent where it is not water of known depth.
     pub least_m: Option<f64>,

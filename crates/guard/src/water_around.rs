@@ -21,7 +21,7 @@ const HALVINGS: u32 = 9;
 pub struct Ahead {
     /// Way until hull and position uncertainty touch it (m).
     pub distance_m: f64,
-    /// What.
+    /// What the chart says there.
     pub answer: DepthAnswer,
 }
 

@@ -14,7 +14,7 @@ pub enum DecodeError {
     /// A length is beyond its bound.
     #[error("{what} has {have} bytes, {most} are allowed; the peer must send it in parts")]
     TooLong {
-        /// What.
+        /// The field that was read.
         what: &'static str,
         /// Its bytes.
         have: u64,
@@ -27,7 +27,7 @@ pub enum DecodeError {
     /// A value has no meaning.
     #[error("{what} cannot be {value}; the peer's encoder is broken")]
     BadValue {
-        /// What.
+        /// The field that was read.
         what: &'static str,
         /// Its value.
         value: u64,

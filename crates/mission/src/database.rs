@@ -25,7 +25,7 @@ pub type Digest = [u8; 16];
 /// Who changed something, and when.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Change {
-    /// When.
+    /// Time of the change.
     pub at: UtcTime,
     /// Address of the system.
     pub system: u16,

@@ -54,7 +54,7 @@ pub enum Input {
     },
     /// An abort: everything stops.
     Abort {
-        /// Who.
+        /// IMC id of the system that asked.
         by: u16,
     },
 }

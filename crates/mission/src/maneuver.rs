@@ -17,6 +17,7 @@ mod launch;
 mod loiter;
 mod places;
 mod reference_state;
+mod reported;
 mod rows;
 mod rows_coverage;
 mod running;
@@ -24,7 +25,6 @@ mod scheduled_goto;
 mod search;
 mod station_keeping;
 mod teleoperation;
-mod told;
 mod waypoints;
 
 pub(crate) use behaviour::{Context, Outcome, Signal};

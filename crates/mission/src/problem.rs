@@ -27,7 +27,7 @@ impl fmt::Display for PlanProblems {
 pub struct PlanProblem {
     /// Name of the maneuver; `None` for the plan itself.
     pub maneuver: Option<String>,
-    /// What.
+    /// The kind of problem.
     pub kind: ProblemKind,
 }
 
@@ -170,7 +170,7 @@ pub enum PlanWarning {
     Unheeded {
         /// The maneuver; `None` for the plan itself.
         maneuver: Option<String>,
-        /// What.
+        /// What is wrong, in words.
         text: String,
     },
 }

@@ -98,7 +98,7 @@ pub enum CurrentGridError {
     /// An axis does not rise.
     #[error("{axis}: value {number} is not a number or not greater than the one before; sort the grid")]
     Axis {
-        /// Which.
+        /// The axis that is meant.
         axis: &'static str,
         /// Which value, from 1.
         number: usize,
@@ -106,7 +106,7 @@ pub enum CurrentGridError {
     /// An axis has too few values.
     #[error("{axis}: there are {found}; a grid needs {least} or more")]
     Few {
-        /// Which.
+        /// The axis that is meant.
         axis: &'static str,
         /// How many there are.
         found: usize,
@@ -116,7 +116,7 @@ pub enum CurrentGridError {
     /// An axis leaves the globe.
     #[error("{axis}: it goes from {first} to {last}; {limits}")]
     Range {
-        /// Which.
+        /// The axis that is meant.
         axis: &'static str,
         /// Its first value.
         first: f64,

@@ -19,7 +19,7 @@ pub struct Needs {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the {name} is {value}; it must be a number from {least} to {most}")]
 pub struct NeedsError {
-    /// Which.
+    /// The need, by its name in a request.
     pub name: &'static str,
     /// What it is.
     pub value: f64,

@@ -91,7 +91,7 @@ impl Default for Preferences {
 /// An area where a vessel may not be faster.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedLimit {
-    /// Where.
+    /// The area.
     pub zone: Zone,
     /// Greatest speed through the water (m/s).
     pub most_mps: f64,

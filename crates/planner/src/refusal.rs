@@ -36,7 +36,7 @@ pub enum Refusal {
     /// An end lies in closed water, farther from open water than it may be moved.
     #[error("{}", closed_text(*.end, (*.water, *.refused, *.zoned), *.nearest_m, *.allowed_m))]
     Closed {
-        /// Which.
+        /// The end that is meant.
         end: End,
         /// What there is.
         water: Water,
@@ -67,7 +67,7 @@ pub enum Refusal {
         "the check against the chart failed near {at}, so the route is withheld; please report this with the charts' names"
     )]
     NotConfirmed {
-        /// Where.
+        /// The place.
         at: String,
     },
     /// Water that was looked at holds no way, and not all water was looked at.

@@ -14,13 +14,13 @@
 //! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows
 //! nothing of files, databases and HTTP.
 
-mod asked;
 mod check;
 mod column;
 mod csv;
 mod dataset;
 mod explore;
 mod fields;
+mod filters;
 mod formats;
 mod lag;
 mod narrowed;
@@ -30,7 +30,6 @@ mod reading;
 mod study;
 mod template;
 
-pub use asked::{area, tag};
 pub use check::{Fault, check, check_all, name_taken};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
@@ -41,6 +40,7 @@ pub use dataset::{
 };
 pub use explore::{Question, Rank, Ranks, Sightings, SightingsBuilder, ranks, summary};
 pub use fields::{KINDS, blank, columns, kind_of, kind_said, kind_word, name_of, slots};
+pub use filters::{area, tag};
 pub use formats::{
     About, ColumnKind, DetectionColumn, FORMATS, Format, LUTRA, LUTRA_COLUMNS, Spool, TrackOf, Value, Writer,
     format, values, write_track,

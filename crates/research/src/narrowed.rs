@@ -53,7 +53,7 @@ impl Narrowed {
         if area.is_some_and(|text| text.trim().is_empty()) {
             return Err(say("area: it is empty; give 3 to 100 corners as \"lat,lon;lat,lon;...\", or leave it out for everywhere").into());
         }
-        let area = area.map(crate::asked::area).transpose();
+        let area = area.map(crate::filters::area).transpose();
         let area = area.map_err(|why| Said::from(why).of_field("area"))?;
         Ok(Self { projects: projects.into_iter().map(known).collect::<Result<_, _>>()?, area })
     }

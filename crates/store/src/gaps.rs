@@ -66,7 +66,7 @@ pub struct Gap {
     pub from: UtcTime,
     /// Until when.
     pub to: UtcTime,
-    /// Why.
+    /// Why the packets are missing.
     pub kind: GapKind,
     /// Why, in words.
     pub reason: String,

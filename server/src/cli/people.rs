@@ -32,7 +32,7 @@ pub(super) enum UserCommand {
     },
     /// Give a person a one-time password; all sessions of the person end.
     Passwd {
-        /// Who.
+        /// The person's name.
         name: String,
         /// Read the password from standard input instead of making a one-time password.
         #[arg(long)]
@@ -42,7 +42,7 @@ pub(super) enum UserCommand {
     List,
     /// Give a person a role, or take it with `none`.
     Role {
-        /// Who.
+        /// The person's name.
         name: String,
         /// viewer, researcher, operator, admin or none.
         role: String,
@@ -52,7 +52,7 @@ pub(super) enum UserCommand {
     },
     /// Remove a person with sessions and tokens.
     Remove {
-        /// Who.
+        /// The person's name.
         name: String,
     },
 }

@@ -67,7 +67,7 @@ pub struct Acted<R> {
     pub request: R,
     /// Its line in the log.
     pub line: Line,
-    /// When.
+    /// Time of the action.
     pub now: UtcTime,
 }
 

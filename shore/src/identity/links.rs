@@ -13,7 +13,7 @@ pub struct Opens {
     pub secret: String,
     /// The vessel (IMC address).
     pub vessel: u16,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
 }
 

@@ -36,7 +36,7 @@ pub struct Add {
     pub vessel: Option<u16>,
     /// The role.
     pub role: Role,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
 }
 

@@ -29,7 +29,7 @@ pub struct MakeLink {
     pub vessel: u16,
     /// Days until it ends; `None`: never.
     pub days: Option<u32>,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
 }
 
@@ -50,7 +50,7 @@ pub struct Make {
     pub person: i64,
     /// What it is for and may do.
     pub new: NewToken,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
 }
 

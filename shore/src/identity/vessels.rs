@@ -13,7 +13,7 @@ pub struct Add {
     pub address: u16,
     /// The name.
     pub name: String,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
 }
 

@@ -73,7 +73,7 @@ pub struct Filter {
 /// Notes, the newest first by the time they are about.
 #[derive(Debug, Clone, Default)]
 pub struct Notes {
-    /// Which.
+    /// Which notes.
     pub filter: Filter,
     /// Before the note of this time and number.
     pub before: Option<(i64, i64)>,

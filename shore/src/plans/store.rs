@@ -25,7 +25,7 @@ pub struct Row {
     pub draft: bool,
     /// Who saved this revision.
     pub author: String,
-    /// When.
+    /// Time of the last change.
     pub updated: UtcTime,
     /// The plan.
     pub plan: PlanDocument,
@@ -36,9 +36,9 @@ pub struct Row {
 /// Author and time of a change.
 #[derive(Debug, Clone)]
 pub struct Change {
-    /// Who.
+    /// The person who writes it.
     pub author: String,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
     /// Whether it is saved as a draft.
     pub draft: bool,
@@ -146,7 +146,7 @@ impl Request for Save {
 pub struct Delete {
     /// Its number.
     pub id: i64,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
 }
 

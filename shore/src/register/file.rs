@@ -20,7 +20,7 @@ pub struct TakeFile {
     pub apply: Option<i64>,
     /// On whose behalf.
     pub by: String,
-    /// When.
+    /// Time of the request.
     pub now: UtcTime,
 }
 

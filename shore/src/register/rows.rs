@@ -23,7 +23,7 @@ pub struct Row {
     pub record: RegisterRecord,
     /// Author of this revision.
     pub by: String,
-    /// When.
+    /// Time of the last change (µs of Unix time).
     pub written_us: i64,
 }
 

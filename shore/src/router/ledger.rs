@@ -44,11 +44,11 @@ pub struct TransportRecord {
 /// An event at a transport.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TransportEvent {
-    /// When.
+    /// Time of the event.
     pub at: UtcTime,
     /// With whom.
     pub whose: Whose,
-    /// What.
+    /// What happened, in words.
     pub what: Said,
 }
 

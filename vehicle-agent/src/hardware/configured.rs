@@ -26,7 +26,7 @@ const COMMAND_MODE: [&str; 2] = ["LIVECM", "EX!"];
 
 /// A device, its driver and its port.
 pub(crate) struct ConfiguredDevice {
-    /// Which.
+    /// The kind of device.
     pub(crate) device: Device,
     /// Its driver.
     pub(crate) driver: Box<dyn Driver + Send>,

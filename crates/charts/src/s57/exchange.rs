@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 pub struct CellFailure {
     /// The cell's name without extension.
     pub cell: String,
-    /// Why.
+    /// Why it cannot be read.
     pub error: S57Error,
 }
 

@@ -18,7 +18,7 @@ pub struct ObjectId {
 /// One attribute and its value as text, whatever its type. An empty value is "known to be unknown".
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Attribute {
-    /// Which.
+    /// The attribute.
     pub code: AttributeCode,
     /// Its value.
     pub value: String,

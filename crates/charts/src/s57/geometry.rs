@@ -20,7 +20,7 @@ impl GeoPoint {
 /// One measured depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sounding {
-    /// Where.
+    /// The place.
     pub at: GeoPoint,
     /// Below the chart's sounding datum (m); negative where it dries.
     pub depth_m: f64,

@@ -31,7 +31,7 @@ pub enum MotorsOutput {
     Reading {
         /// When the frame came.
         at: Now,
-        /// What.
+        /// The reading.
         reading: Reading,
     },
     /// The state of card and motors is another.

@@ -206,7 +206,7 @@ pub struct Gap {
     pub since: UtcTime,
     /// Not after this time by the vessel's clock, as far as known.
     pub until: UtcTime,
-    /// Why.
+    /// Why the records are missing.
     pub reason: GapReason,
 }
 

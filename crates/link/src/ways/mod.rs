@@ -208,11 +208,11 @@ pub struct WaysReport {
     pub choice: u64,
     /// Place of the way that carries live values.
     pub live: Option<u8>,
-    /// Why.
+    /// Why live values take that way.
     pub live_why: Why,
     /// Place of the way that carries records.
     pub records: Option<u8>,
-    /// Why.
+    /// Why records take that way.
     pub records_why: Why,
     /// All ways, in their order.
     pub ways: Vec<WayReport>,

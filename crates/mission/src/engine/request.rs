@@ -181,7 +181,7 @@ pub enum EndReason {
     Maneuver {
         /// Its name.
         maneuver: String,
-        /// Why.
+        /// Why it failed.
         reason: FailReason,
     },
     /// An entity is in error.

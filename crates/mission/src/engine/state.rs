@@ -27,7 +27,7 @@ pub enum Output {
         run: RunId,
         /// Its name.
         plan_id: String,
-        /// Why.
+        /// Why it ended.
         reason: EndReason,
     },
     /// Carry out the actions that the plan of `run` has here.
@@ -72,7 +72,7 @@ pub enum Output {
     VehicleState(Box<VehicleState>),
     /// An abort by this system was carried out.
     Aborted {
-        /// Who.
+        /// IMC id of the system that asked.
         by: u16,
     },
     /// For the log book.

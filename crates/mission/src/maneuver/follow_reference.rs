@@ -14,8 +14,8 @@ use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
 use super::detour::Detour;
 use super::goto::{distance_m, path_to};
 use super::reference_state::{ReferencePhase, ReferenceState};
+use super::reported::Reported;
 use super::search::{Search, Standing};
-use super::told::Told;
 use crate::checks::Checks;
 use crate::command::{Command, Path, PathStart};
 use crate::event::{Event, Fix, Reference, Sighting, Way};
@@ -97,9 +97,9 @@ pub(crate) struct Machine {
     /// The way around that leads to what is followed.
     detour: Option<Detour>,
     /// Places that were refused, to which a way is searched for, and to which one was found.
-    refused: Told,
-    looked_for: Told,
-    found: Told,
+    refused: Reported,
+    looked_for: Reported,
+    found: Reported,
     /// When a way that is refused while it hovers is checked again.
     next_look: MonoTime,
 }
@@ -116,9 +116,9 @@ impl Machine {
             held_off: false,
             search: Search::default(),
             detour: None,
-            refused: Told::default(),
-            looked_for: Told::default(),
-            found: Told::default(),
+            refused: Reported::default(),
+            looked_for: Reported::default(),
+            found: Reported::default(),
             next_look: MonoTime::default(),
         }
     }

@@ -8,7 +8,7 @@ use units::Now;
 /// Let an operator steer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Teleoperation {
-    /// Who.
+    /// The operator who steers.
     pub operator: Operator,
 }
 

@@ -34,7 +34,7 @@ pub(crate) enum NotStarted {
 /// The straight way to the beginning of a plan is refused, and the plan itself is not.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Behind {
-    /// Why.
+    /// Why there is no route, in words.
     pub(crate) why: String,
     /// The obstacle, in a word or two.
     pub(crate) what: &'static str,

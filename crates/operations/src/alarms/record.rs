@@ -15,7 +15,7 @@ pub struct AlarmId(pub u64);
 pub struct Key {
     /// The vessel; `None` for the server itself.
     pub vessel: Option<Address>,
-    /// What.
+    /// The kind of alarm.
     pub kind: Kind,
     /// Which part of it; empty where there is only one.
     pub part: String,
@@ -89,18 +89,18 @@ impl State {
 pub struct Signature {
     /// The person.
     pub by: String,
-    /// When.
+    /// Time of the action.
     pub at: UtcTime,
 }
 
-/// An alarm put aside.
+/// A shelved alarm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shelving {
     /// By whom and when.
     pub said: Signature,
     /// Until when, by UTC as it was then.
     pub until: UtcTime,
-    /// Why.
+    /// The reason that the person gave.
     pub reason: String,
     pub(super) ends: MonoTime,
 }
@@ -164,9 +164,9 @@ impl Alarm {
 pub struct Note {
     /// Number of the change, growing.
     pub revision: u64,
-    /// When.
+    /// Time of the event.
     pub at: UtcTime,
-    /// Which.
+    /// The alarm.
     pub id: AlarmId,
     /// Its vessel, kind and part.
     pub key: Key,

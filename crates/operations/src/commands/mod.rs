@@ -100,9 +100,9 @@ impl Stage {
 /// A stage that was reached.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
-    /// Which.
+    /// The stage that it has reached.
     pub stage: Stage,
-    /// When.
+    /// Time of that stage.
     pub at: UtcTime,
     /// The vessel's words, or why.
     pub text: Said,

@@ -37,7 +37,7 @@ pub enum Order {
     StopPlan,
     /// Go to a place and stay there.
     Goto {
-        /// Where.
+        /// Where to go.
         place: LatLon,
         /// How fast (m/s).
         speed_mps: f32,

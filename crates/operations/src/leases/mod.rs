@@ -47,7 +47,7 @@ pub struct Holder {
 /// A lease that is held.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
-    /// Who.
+    /// Who has control.
     pub holder: Holder,
     /// Grows with every grant.
     pub epoch: u64,
@@ -61,7 +61,7 @@ pub struct Held {
 /// A person who asked for a lease that another holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Waiting {
-    /// Who.
+    /// Who waits for it.
     pub who: Holder,
     /// Why, in their words; may be empty.
     pub reason: String,
@@ -117,9 +117,9 @@ impl Change {
 pub struct LeaseEvent {
     /// The vessel.
     pub vessel: Address,
-    /// When.
+    /// Time of the change.
     pub at: UtcTime,
-    /// What.
+    /// The change.
     pub change: Change,
     /// Who did it, or whom it concerns where it happened automatically.
     pub who: String,

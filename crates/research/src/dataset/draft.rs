@@ -140,7 +140,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         }
     }
     query.tags = query.tags.iter().map(|tag| tag.trim().to_owned()).filter(|tag| !tag.is_empty()).collect();
-    if let Some((tag, why)) = query.tags.iter().find_map(|tag| Some((tag, asked::tag(tag).err()?))) {
+    if let Some((tag, why)) = query.tags.iter().find_map(|tag| Some((tag, filters::tag(tag).err()?))) {
         wrong.push(("tags", say("`{tag}`: {error}").with("tag", shown(tag)).with_said("error", why)));
     }
     let unknown = query.projects.iter().find(|name| study.project_named(name).is_none());
@@ -153,7 +153,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     let area = query.area.trim().to_owned();
     query.area = area;
     if !query.area.is_empty()
-        && let Err(why) = asked::area(&query.area)
+        && let Err(why) = filters::area(&query.area)
     {
         wrong.push(("area", why));
     }

@@ -47,12 +47,12 @@ impl Limits {
         is_part_of_time: bool,
     ) -> Result<Self, Said> {
         let tag = |text: &String| {
-            crate::asked::tag(text).map_err(|why| {
+            crate::filters::tag(text).map_err(|why| {
                 let wrong = say("`{tag}`: {error}").with("tag", text).with_said("error", why);
                 Said::from(wrong).of_field("tags")
             })
         };
-        let area = Some(area.trim()).filter(|text| !text.is_empty()).map(crate::asked::area).transpose();
+        let area = Some(area.trim()).filter(|text| !text.is_empty()).map(crate::filters::area).transpose();
         Ok(Self {
             tags: tags.iter().map(tag).collect::<Result<_, _>>()?,
             area: area.map_err(|why| Said::from(why).of_field("area"))?,

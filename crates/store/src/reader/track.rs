@@ -10,7 +10,7 @@ use units::{LatLon, LocalFrame, UtcTime};
 /// A place and when the system was there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackPoint {
-    /// When.
+    /// Time of the position.
     pub time: UtcTime,
     /// Where: the reference point of `EstimatedState` displaced by its offset.
     pub place: LatLon,

@@ -15,13 +15,13 @@ const MOST: usize = 8;
 
 /// Places that were reported, with the time each was met last.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Told(Vec<(LatLon, MonoTime)>);
+pub(super) struct Reported(Vec<(LatLon, MonoTime)>);
 
-impl Told {
+impl Reported {
     /// A place was met; returns whether that is to be reported.
     pub(super) fn is_new(&mut self, place: LatLon, now: MonoTime) -> bool {
         self.0.retain(|(_, met)| now.since(*met) < FORGOTTEN);
-        let same = self.0.iter().position(|(told, _)| distance_m(*told, place) < SAME_PLACE_M);
+        let same = self.0.iter().position(|(reported, _)| distance_m(*reported, place) < SAME_PLACE_M);
         match same {
             // It moves on with the place.
             Some(at) => _ = self.0.remove(at),

@@ -1,4 +1,4 @@
-//! Why a text of a question is not an area or a tag, in words that the catalogue has.
+//! Areas and tags by which detections are narrowed down: read from text, or refused in words that the catalogue has.
 
 use api::{Wording, say};
 use detections::{AREA_CORNERS, Area, NoArea, NoTag, TagFilter};
