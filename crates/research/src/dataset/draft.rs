@@ -1,7 +1,7 @@
 //! The valid contents of a dataset's draft, its requirements for publication, and the citation of a version.
 
-use crate::asked;
 use crate::column::shown;
+use crate::filters;
 use crate::study::Study;
 use api::{DatasetAuthor, DatasetDraft, DatasetVersion, Wording, say};
 use units::{Civil, UtcTime};
