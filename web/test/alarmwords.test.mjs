@@ -3,14 +3,9 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-alarmwords-")), "alarmwords.mjs");
-await build({ entryPoints: ["src/state/alarmwords.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { adviceOf, alarmText } = await import(outfile);
+const { adviceOf, alarmText } = await load("state/alarmwords");
 const nb = JSON.parse(await readFile("../words/nb.json", "utf8"));
 const SINCE_US = 1_780_315_205_000_000;
 /** One of each code that crates/api knows, in the order of types.gen.ts. */
@@ -66,7 +61,7 @@ test("every code has words", async () => {
 test("who reads Bokmål reads alarms and their advice in it, and a vessel's words as they are", async () => {
   await inBokmal(async () => {
     // The tables of a module are made when it is loaded.
-    const { adviceOf: advice, alarmText: text } = await import(`${outfile}?nb`);
+    const { adviceOf: advice, alarmText: text } = await load("state/alarmwords", "nb");
     assert.equal(text({ says: [ALL[6], ALL[0]], text: "" }), "19 % lading igjen; Left Motor: feil: overheated");
     assert.equal(text({ says: [ALL[3]], text: "" }), "ikke hørt siden 12:00:05Z");
     assert.equal(text({ says: [ALL[13]], text: "" }), "sertifikatet /etc/lutra/server.pem gikk ut 2026-06-01 kl. 12:00:05Z");

@@ -2,15 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-avoided-"));
-const outfile = join(folder, "avoided.mjs");
-await build({ entryPoints: ["src/state/avoided.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { crosses, hasRoom, keepAreas, keepSlow, keptAreas, keptSlow, limitWrong, zonesOf } = await import(outfile);
+const { crosses, hasRoom, keepAreas, keepSlow, keptAreas, keptSlow, limitWrong, zonesOf } = await load("state/avoided");
 
 function store() {
   const kept = new Map();

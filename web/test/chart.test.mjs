@@ -2,15 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-chart-"));
-const outfile = join(folder, "chart.mjs");
-await build({ entryPoints: ["src/state/chart.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const chart = await import(outfile);
+const chart = await load("state/chart");
 
 const LIMITS = { navigable_m: 1, autonomous_m: 5 };
 

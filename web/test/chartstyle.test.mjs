@@ -3,12 +3,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { build } from "esbuild";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { folder } from "../testing/bundled.mjs";
 
 globalThis.document = { documentElement: { dataset: { palette: "day" } } };
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-chartstyle-")), "style.mjs");
+const outfile = join(folder, "chartstyle-style.mjs");
 await build({ entryPoints: ["src/map/chart/style.ts"], bundle: true, format: "esm", outfile, logLevel: "warning", platform: "neutral", mainFields: ["module", "main"] });
 const { createStyles } = await import(outfile);
 

@@ -2,18 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
 import { constants, createDeflateRaw } from "node:zlib";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-web-"));
-async function load(path) {
-  const outfile = join(folder, `${path.replaceAll("/", "-")}.mjs`);
-  await build({ entryPoints: [`src/${path}.ts`], bundle: true, format: "esm", outfile, logLevel: "warning" });
-  return import(outfile);
-}
 const { inFull, Inflater } = await load("api/compact");
 const { Behind } = await load("state/behind");
 

@@ -3,16 +3,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { build } from "esbuild";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { folder } from "../testing/bundled.mjs";
 
 const STAND_INS = {
   "./panel": `if (globalThis.isGone) throw new Error("not loaded"); export const createControl = () => ({ update: (...state) => globalThis.updates.push(state) });`,
   "../ui/dom": `export const make = () => ({ remove: () => (globalThis.waits = false), replaceWith: (offer) => (globalThis.waits = offer) });`,
   "../ui/reload": `export const reloadOffer = () => "Load the page again";`,
 };
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-control-soon-")), "soon.mjs");
+const outfile = join(folder, "control-soon.mjs");
 await build({
   entryPoints: ["src/control/soon.ts"],
   bundle: true,

@@ -2,14 +2,10 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-corners-")), "corners.mjs");
-await build({ entryPoints: ["src/state/corners.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { Corners, cornersOfText, textOfCorners } = await import(outfile);
+const { Corners, cornersOfText, textOfCorners } = await load("state/corners");
 
 const places = (text) => cornersOfText(text).corners?.map(({ lat_deg, lon_deg }) => [Number(lat_deg.toFixed(6)), Number(lon_deg.toFixed(6))]);
 const at = (lat_deg, lon_deg = 10) => ({ lat_deg, lon_deg });

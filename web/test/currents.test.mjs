@@ -2,15 +2,11 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { mkdtemp, readFile } from "node:fs/promises";
+import { readFile } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-currents-"));
-const outfile = join(folder, "currents.mjs");
-await build({ entryPoints: ["src/state/currents.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { currentsOfCsv } = await import(outfile);
+const { currentsOfCsv } = await load("state/currents");
 
 test("the file that the command line reads gives the same grid", async () => {
   const { grid, wrong } = currentsOfCsv(await readFile("../fuzz/seeds/geofile/currents.csv", "utf8"));

@@ -2,16 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { mkdtemp } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { load } from "../testing/bundled.mjs";
 
-const web = dirname(dirname(fileURLToPath(import.meta.url)));
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-datasets-")), "datasets.mjs");
-await build({ entryPoints: [join(web, "src/state/datasets.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { draftOf, draftWrong, EMPTY, fieldsOf, fieldsOfSearch, NEW_SHARE, placeWords, queryWords, shareAsk, shareWrong, wrongOfWords } = await import(outfile);
+const { draftOf, draftWrong, EMPTY, fieldsOf, fieldsOfSearch, NEW_SHARE, placeWords, queryWords, shareAsk, shareWrong, wrongOfWords } = await load("state/datasets");
 
 const FROM_US = 1_732_176_000_123_456;
 

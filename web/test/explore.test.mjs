@@ -3,13 +3,12 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { build } from "esbuild";
-import { mkdtemp } from "node:fs/promises";
-import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { folder } from "../testing/bundled.mjs";
 
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
-const outdir = await mkdtemp(join(tmpdir(), "lutra-explore-"));
+const outdir = folder;
 await build({ entryPoints: ["src/state/explore.ts", "src/api/looking.ts", "src/words/words.ts"].map((one) => join(web, one)), outdir, bundle: true, format: "esm", logLevel: "error", outExtension: { ".js": ".mjs" } });
 const { apiOf, askedOf, barNumbers, barsBegin, barsTitle, brushed, hoursText, projectsOf, searchOf, sideBySide, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
 const { look, restOf } = await import(join(outdir, "api/looking.mjs"));

@@ -2,20 +2,11 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-foreign-"));
-const bundled = async (entry) => {
-  const outfile = join(folder, `${entry.replaceAll("/", "-")}.mjs`);
-  await build({ entryPoints: [`src/${entry}.ts`], bundle: true, format: "esm", outfile, logLevel: "warning" });
-  return import(outfile);
-};
-const { named, tame } = await bundled("state/foreign");
-const { asCalled, systemName } = await bundled("ui/format");
-const { csv } = await bundled("ui/csv");
+const { named, tame } = await load("state/foreign");
+const { asCalled, systemName } = await load("ui/format");
+const { csv } = await load("ui/csv");
 
 test("text is bounded and what nobody sees in it is gone", () => {
   assert.equal(tame("otter-1: 24.1 V\n", 100), "otter-1: 24.1 V\n");

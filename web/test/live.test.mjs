@@ -2,13 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
-
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-live-")), "live.mjs");
-await build({ entryPoints: ["src/api/live.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
+import { load } from "../testing/bundled.mjs";
 
 let nowMs = 0;
 let timers = [];
@@ -55,7 +49,7 @@ globalThis.location = { protocol: "http:", host: "shore" };
 globalThis.document = { querySelector: () => null, addEventListener: nothing, removeEventListener: nothing };
 globalThis.window = { setTimeout: setTimer, clearTimeout: (timer) => (timers = timers.filter((one) => one !== timer)), setInterval: () => 0, clearInterval: nothing, addEventListener: nothing, removeEventListener: nothing };
 globalThis.fetch = () => new Promise(nothing);
-const { Live } = await import(outfile);
+const { Live } = await load("api/live");
 
 /** A page whose live socket is open and was heard just now. */
 function page() {

@@ -2,17 +2,10 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-missions-")), "missions.mjs");
-await build({ entryPoints: ["src/state/missions.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { withNewestMissions } = await import(outfile);
-const knownFile = join(await mkdtemp(join(tmpdir(), "lutra-known-")), "known.mjs");
-await build({ entryPoints: ["src/state/known.ts"], bundle: true, format: "esm", outfile: knownFile, logLevel: "warning" });
-const { knownVessels } = await import(knownFile);
+const { withNewestMissions } = await load("state/missions");
+const { knownVessels } = await load("state/known");
 
 test("who chooses vessels is offered those with a name and recorded ones, but no console and not the server", () => {
   const recorded = [0x2810, 0x4001, 0x4f00, 0x5fff, 0x6000].map((system) => ({ system }));

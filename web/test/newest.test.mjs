@@ -2,15 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-newest-"));
-const outfile = join(folder, "newest.mjs");
-await build({ entryPoints: ["src/state/newest.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { completed, detectionCompleted, joined, lengthened, question, refreshed, within } = await import(outfile);
+const { completed, detectionCompleted, joined, lengthened, question, refreshed, within } = await load("state/newest");
 
 /** What a server knows, the oldest first: several at one time. */
 const server = (count, first = 0) => Array.from({ length: count }, (_, at) => ({ time_us: 10 * Math.floor((first + at) / 3), name: `${first + at}` }));

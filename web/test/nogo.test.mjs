@@ -2,15 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-nogo-"));
-const outfile = join(folder, "nogo.mjs");
-await build({ entryPoints: ["src/state/nogo.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { areasOfGeoJson } = await import(outfile);
+const { areasOfGeoJson } = await load("state/nogo");
 
 const ring = (east = 0) => [[10 + east, 63], [10.01 + east, 63], [10.01 + east, 63.01], [10 + east, 63]];
 const of = (geo) => areasOfGeoJson(JSON.stringify(geo), "farms");

@@ -3,11 +3,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { build } from "esbuild";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { folder } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-notes-"));
 const outfile = join(folder, "notes.mjs");
 await build({ stdin: { contents: `export * from "./src/state/notes"; export * from "./src/state/noteentries";`, resolveDir: "." }, bundle: true, format: "esm", outfile, logLevel: "warning" });
 const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, questionOf, wayToWrite, withNewest, withNotes, wrongOf } = await import(outfile);

@@ -1,15 +1,11 @@
 // What the palettes promise holds for every pair of colours in each of them, and nothing else names colours or sizes.
 
 import assert from "node:assert/strict";
-import { mkdtempSync, readdirSync, readFileSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
-import { build } from "esbuild";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(mkdtempSync(join(tmpdir(), "lutra-palettes-")), "contrast.mjs");
-await build({ entryPoints: ["src/state/contrast.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { contrast, hexRgb, PAIRS } = await import(outfile);
+const { contrast, hexRgb, PAIRS } = await load("state/contrast");
 
 const folder = new URL("../src/style/", import.meta.url);
 const sheet = (name) => readFileSync(new URL(name, folder), "utf8");

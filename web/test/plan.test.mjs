@@ -2,18 +2,10 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-plan-"));
-const outfile = join(folder, "plan.mjs");
-await build({ entryPoints: ["src/state/plan.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const state = await import(outfile);
-const unitsFile = join(folder, "units.mjs");
-await build({ entryPoints: ["src/state/units.ts"], bundle: true, format: "esm", outfile: unitsFile, logLevel: "warning" });
-const units = await import(unitsFile);
+const state = await load("state/plan");
+const units = await load("state/units");
 
 const SPEED = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });

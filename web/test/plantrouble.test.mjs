@@ -2,14 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-plantrouble-")), "plantrouble.mjs");
-await build({ entryPoints: ["src/state/plantrouble.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { troubleText } = await import(outfile);
+const { troubleText } = await load("state/plantrouble");
 const told = (code, values = {}, about = null) => troubleText({ maneuver: null, code, about, values, text: "in English" });
 
 test("troubles are said by their codes and figures, and what has none as the server said it", () => {

@@ -2,15 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-plot-"));
-const outfile = join(folder, "thin.mjs");
-await build({ entryPoints: ["src/plot/thin.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { thinned } = await import(outfile);
+const { thinned } = await load("plot/thin");
 
 /** A table with a point each second; rows of nulls where `gaps` says so. */
 function made(count, value, gaps = () => false) {

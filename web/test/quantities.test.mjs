@@ -1,15 +1,11 @@
 // Names of quantities: each of a field that IMC has, found by people's words.
 
 import assert from "node:assert/strict";
-import { mkdtemp, readFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { readFile } from "node:fs/promises";
 import { test } from "node:test";
-import { build } from "esbuild";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-quantities-")), "quantities.mjs");
-await build({ entryPoints: ["src/state/quantities.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { QUANTITIES, quantity } = await import(outfile);
+const { QUANTITIES, quantity } = await load("state/quantities");
 
 test("each named field is a field of IMC, or one that the history makes", async () => {
   const { messages } = JSON.parse(await readFile("../crates/imc/catalogue/messages.json", "utf8"));

@@ -1,15 +1,10 @@
 // Where an order was refused: by the codes and places of the refusal itself.
 
 import assert from "node:assert/strict";
-import { mkdtemp } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { test } from "node:test";
-import { build } from "esbuild";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-refusal-")), "refusal.mjs");
-await build({ entryPoints: ["src/state/refusal.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { legsOfGoto, refusalText, spotsOf } = await import(outfile);
+const { legsOfGoto, refusalText, spotsOf } = await load("state/refusal");
 
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
 const reason = (more = {}) => ({ maneuver: "P2", part: "transit", number: 0, from: at(63.44, 10.34), to: at(63.44, 10.36), code: "too-shallow", text: "", lat_deg: 63.44, lon_deg: 10.35, depth_m: 2.5, object: "DEPARE", area: null, cell: "XX5LUTRA", scale: 12_000, margin_m: -2.5, ...more });

@@ -2,14 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-register-")), "register.mjs");
-await build({ entryPoints: ["src/state/register.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { FIELDS, KINDS, calledBy, draftOf, recordOf, registerWrong, tagNames } = await import(outfile);
+const { FIELDS, KINDS, calledBy, draftOf, recordOf, registerWrong, tagNames } = await load("state/register");
 
 const tag = (part) => ({ id: 1, revision: 1, may_change: true, written: { by: "k", time_us: 0 }, record: { ...recordOf("tag", draftOf("tag")), ...part } });
 const heard = (part) => ({ protocol: 6, protocol_name: "S256", tag_id: 101, frequency_khz: 69, heard_us: 5_000_000, time_us: 9_000_000, ...part });

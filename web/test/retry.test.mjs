@@ -2,14 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-retry-")), "retry.mjs");
-await build({ entryPoints: ["src/api/retry.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { pauseMs, postUntilAnswered } = await import(outfile);
+const { pauseMs, postUntilAnswered } = await load("api/retry");
 
 globalThis.document = { querySelector: () => null };
 const pauses = [];

@@ -2,15 +2,10 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-searoute-"));
-const outfile = join(folder, "searoute.mjs");
-await build({ entryPoints: ["src/state/searoute.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { canGoAround, energyOf, placesOfRoute, remarks, routeName, keptSpeedText, routesOf, routeText, savedText, speedFor, stretchAt, withRoute, withWayAround } = await import(outfile);
+const { canGoAround, energyOf, placesOfRoute, remarks, routeName, keptSpeedText, routesOf, routeText, savedText, speedFor, stretchAt, withRoute, withWayAround } = await load("state/searoute");
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });

@@ -2,14 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-sending-")), "sending.mjs");
-await build({ entryPoints: ["src/state/sending.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { Keys } = await import(outfile);
+const { Keys } = await load("state/sending");
 
 test("what is sent again as it was has the key of before; what was changed, and the next, have another", () => {
   let made = 0;

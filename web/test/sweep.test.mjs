@@ -2,17 +2,8 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-sweep-"));
-async function load(path) {
-  const outfile = join(folder, `${path.replaceAll("/", "-")}.mjs`);
-  await build({ entryPoints: [`src/${path}.ts`], bundle: true, format: "esm", outfile, logLevel: "warning" });
-  return import(outfile);
-}
 const [{ linesInPolygon }, { groundAt }, { PlanEditing }] = await Promise.all(["state/sweep", "state/ground", "plan/editing"].map(load));
 
 const HOME = { lat_deg: 63.4465, lon_deg: 10.35 };

@@ -1,15 +1,10 @@
 // Tags are told apart by protocol and number, counted, found and left out.
 
 import assert from "node:assert/strict";
-import { mkdtemp } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { test } from "node:test";
-import { build } from "esbuild";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-tags-")), "tags.mjs");
-await build({ entryPoints: ["src/state/tags.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { countsOf, tagSeries, tagsFound, withHidden } = await import(outfile);
+const { countsOf, tagSeries, tagsFound, withHidden } = await load("state/tags");
 
 const heard = (protocol_name, tag_id, protocol = null) => ({ protocol, protocol_name, tag_id });
 

@@ -2,17 +2,10 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-teleop-"));
-const outfile = join(folder, "teleop.mjs");
-const guardfile = join(folder, "guard.mjs");
-for (const [one, file] of [["teleop", outfile], ["guard", guardfile]]) await build({ entryPoints: [`src/state/${one}.ts`], bundle: true, format: "esm", outfile: file, logLevel: "warning" });
-const { guardOf } = await import(guardfile);
-const { isNeutral, limited, offNeutral, ofKeys, ofPad, PadLife, padText, ofTouch, standing, tripText, Vigil, VIGIL_MS, vigilText } = await import(outfile);
+const { guardOf } = await load("state/guard");
+const { isNeutral, limited, offNeutral, ofKeys, ofPad, PadLife, padText, ofTouch, standing, tripText, Vigil, VIGIL_MS, vigilText } = await load("state/teleop");
 
 const told = (more) => ({ stamp_us: 1, phase: "locked", why: "", remedy: "", round_trip_ms: 40, with_vessel: true, slow: false, cap: 1, ...more });
 

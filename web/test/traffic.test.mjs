@@ -4,11 +4,10 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { build } from "esbuild";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { mkdtemp, writeFile } from "node:fs/promises";
+import { writeFile } from "node:fs/promises";
+import { folder } from "../testing/bundled.mjs";
 
-const folder = await mkdtemp(join(tmpdir(), "lutra-traffic-"));
 const entry = join(folder, "entry.ts");
 const source = new URL("../src/", import.meta.url).pathname;
 await writeFile(entry, ["api/http", "api/signal", "api/traffic", "control/stopping"].map((one) => `export * from ${JSON.stringify(source + one)};`).join("\n"));

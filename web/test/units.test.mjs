@@ -1,15 +1,10 @@
 // Values come back from forms as they went in: typed as they are shown, kept as vessels and plans have them.
 
 import assert from "node:assert/strict";
-import { mkdtemp } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { test } from "node:test";
-import { build } from "esbuild";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-units-")), "units.mjs");
-await build({ entryPoints: ["src/state/units.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { DEG, KNOT_MPS, isSame, limitShown, minutesRead, minutesShown, shownAs, toShown, toWire } = await import(outfile);
+const { DEG, KNOT_MPS, isSame, limitShown, minutesRead, minutesShown, shownAs, toShown, toWire } = await load("state/units");
 
 const TYPED = ["0", "0.1", "0.5", "1", "2", "2.5", "2.916", "3", "-4.25", "12.345678", "90", "359.9", "0.000001", "1000"];
 

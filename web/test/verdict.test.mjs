@@ -2,14 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { build } from "esbuild";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { mkdtemp } from "node:fs/promises";
+import { load } from "../testing/bundled.mjs";
 
-const outfile = join(await mkdtemp(join(tmpdir(), "lutra-verdict-")), "verdict.mjs");
-await build({ entryPoints: ["src/state/planverdict.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { reasonInFull, verdictOf, warningWords, worstOf } = await import(outfile);
+const { reasonInFull, verdictOf, warningWords, worstOf } = await load("state/planverdict");
 
 const at = (lat_deg, lon_deg = 10) => ({ lat_deg, lon_deg });
 const speed = { value: 1, unit: "mps" };

@@ -1,16 +1,6 @@
 import assert from "node:assert/strict";
-import { mkdtemp } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { test } from "node:test";
-import { build } from "esbuild";
-
-const folder = await mkdtemp(join(tmpdir(), "lutra-web-"));
-async function load(path) {
-  const outfile = join(folder, `${path.replaceAll("/", "-")}.mjs`);
-  await build({ entryPoints: [`src/${path}.ts`], bundle: true, format: "esm", outfile, logLevel: "warning" });
-  return import(outfile);
-}
+import { load } from "../testing/bundled.mjs";
 
 const { waysText, wayRows } = await load("state/ways");
 

@@ -3,13 +3,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { build } from "esbuild";
-import { mkdtemp, readdir, readFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { readdir, readFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { keysOfAlarms, keysOfSaid, keysOfScripts, keysOfServer, placesOf } from "../scripts/keys.mjs";
 import { OWN, reached, SHARED, SOON, wordsByBundle } from "../scripts/words.mjs";
 import { pack, unpack } from "../src/words/packed.mjs";
+import { folder } from "../testing/bundled.mjs";
 
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
 const text = await readFile(join(web, "../words/nb.json"), "utf8");
@@ -127,7 +127,7 @@ test("the catalogue is in the order of its keys, each once", () => {
 });
 
 test("a text is said in the page's language, its values put in once", async () => {
-  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-words-")), "words.mjs");
+  const outfile = join(folder, "words-words.mjs");
   await build({ entryPoints: [join(web, "src/words/words.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
   const { t, tn } = await import(outfile);
   assert.equal(t("{name} has control.", { name: "{name} {by}" }), "{name} {by} has control.");
@@ -144,7 +144,7 @@ test("a text is said in the page's language, its values put in once", async () =
 });
 
 test("a text within a text has its own words, and what has none stays as it is", async () => {
-  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-worded-")), "words.mjs");
+  const outfile = join(folder, "worded-words.mjs");
   await build({ entryPoints: [join(web, "src/words/words.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
   const { worded, withWords } = await import(outfile);
   const field = (name, template) => ({ template: "{field}: {text}", values: { field: name }, parts: { text: [{ template, values: { count: "3", most: "2" } }] } });
@@ -173,7 +173,7 @@ async function speaking(t, soon, rest) {
   t.after(() => {
     for (const name of ["lutraWords", "lutraSoonWords", "lutraMoreWords", "lutraMissed"]) delete globalThis[name];
   });
-  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-speak-")), "nb.mjs");
+  const outfile = join(folder, "speak-nb.mjs");
   await build({ entryPoints: [join(web, "src/words/nb.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
   (await import(outfile)).speak(pack({ Vessel: "Fartøy" }), soon, rest);
 }
@@ -206,7 +206,7 @@ test("words that failed to load are asked for by themselves, ever later", async 
 });
 
 test("texts that were said in English are said again once their words are here", async () => {
-  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-reword-")), "reword.mjs");
+  const outfile = join(folder, "reword-reword.mjs");
   await build({ entryPoints: [join(web, "src/words/reword.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
   const reworder = new (await import(outfile)).Reworder();
   reworder.missed("there are 3 tags", () => "det er 3 merker");
