@@ -1,8 +1,7 @@
 //! Errors of entries: each alone, and all of them together.
 
 use crate::column::{NAME_LETTERS, Rule, Slot, shown};
-use crate::fields::{columns, kind_of, kind_said, name_of, slots};
-use crate::study::maker_of;
+use crate::fields::{columns, kind_of, kind_said, maker_of, name_of, slots};
 use api::{
     RegisterAnimal, RegisterDeployment, RegisterKind, RegisterReceiver, RegisterRecord, RegisterTag, Wording,
     say,

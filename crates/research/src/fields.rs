@@ -5,6 +5,7 @@ use api::{
     RegisterAnimal, RegisterDeployment, RegisterKind, RegisterPerson, RegisterProject, RegisterReceiver,
     RegisterRecord, RegisterTag, Wording, say,
 };
+use detections::Maker;
 
 /// All kinds; those that others refer to come first.
 pub const KINDS: [RegisterKind; 6] = [
@@ -15,6 +16,11 @@ pub const KINDS: [RegisterKind; 6] = [
     RegisterKind::Receiver,
     RegisterKind::Deployment,
 ];
+
+/// The maker of a receiver of the register, by its manufacturer, else by its model.
+pub(crate) fn maker_of(receiver: &RegisterReceiver) -> Option<Maker> {
+    Maker::of(&receiver.manufacturer).or_else(|| Maker::of(&receiver.model))
+}
 
 /// The word for a kind in addresses and texts.
 pub const fn kind_word(kind: RegisterKind) -> &'static str {

@@ -1,5 +1,6 @@
 //! A register by which detections are looked up.
 
+use crate::fields::maker_of;
 use crate::lag::{HORIZON_S, Lag};
 use api::{
     RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
@@ -317,11 +318,6 @@ pub(crate) fn confirming_s(tag: &RegisterTag) -> Option<f64> {
 /// Whether this is the tag of its code at a moment.
 pub(crate) fn is_of_time(tag: &RegisterTag, time_us: i64) -> bool {
     within(tag.from_us, tag.to_us, time_us)
-}
-
-/// The maker of a receiver of the register, by its manufacturer, else by its model.
-pub(crate) fn maker_of(receiver: &RegisterReceiver) -> Option<Maker> {
-    Maker::of(&receiver.manufacturer).or_else(|| Maker::of(&receiver.model))
 }
 
 /// See [`Heard::codespace`]. The protocol alone where the carrier is not known.

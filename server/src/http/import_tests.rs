@@ -313,7 +313,8 @@ async fn a_table_of_a_fixed_receiver_becomes_detections_by_the_register() {
     }
     for entry in [
         serde_json::json!({"kind": "receiver", "serial": 5, "model": "VR2W"}),
-        serde_json::json!({"kind": "deployment", "receiver": "VR2W-5", "vessel": 0x1C02}),
+        serde_json::json!({"kind": "deployment", "receiver": "VR2W-5", "vessel": 0x1C02,
+            "from_us": 1_795_000_000_000_000_i64}),
     ] {
         let request = Request::post("/api/v1/register").header(header::CONTENT_TYPE, "application/json");
         let answer = shore.send(bearer(request, &researcher), Body::from(entry.to_string())).await;
