@@ -24,6 +24,10 @@ pub struct SeaRouteRequest {
     /// null where it is not known.
     #[serde(default)]
     pub turn_radius_m: Option<f64>,
+    /// How far the vessel may be off its track before its path monitor ends the plan (m), 0 to 500: the route says where danger
+    /// is nearer than that. Null for 25, as the Otters have it.
+    #[serde(default)]
+    pub stray_m: Option<f64>,
     /// What the route is good for.
     #[serde(default)]
     pub objective: SeaRouteObjective,
@@ -64,6 +68,26 @@ pub struct SeaRouteRequest {
     /// seconds.
     #[serde(default)]
     pub explain: bool,
+    /// A name for this question, 8 to 64 letters, digits and hyphens that no other question has: as long as it is worked on,
+    /// `GET /api/v1/chart/route/{name}` says how far it has come. Null for none.
+    #[serde(default)]
+    pub progress: Option<String>,
+}
+
+/// How far a question for a route has come.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteProgress {
+    /// Other routes are planned before it.
+    pub waiting: bool,
+    /// Tiles of the chart that were searched for it; 0 as long as it is not known to be a long way.
+    pub tiles: usize,
+    /// The search stops after so many; 0 as long as it is not known to be a long way. Most ways are found long before.
+    pub most_tiles: usize,
+    /// Time since it was asked (s).
+    pub spent_s: f64,
+    /// Planning stops after so long (s), without the time that it waited.
+    pub most_s: f64,
 }
 
 /// What a route is good for.
@@ -189,9 +213,27 @@ pub struct SeaRoute {
     pub guarded: bool,
     /// The first leg that it refuses, by its number, and why; null where it refuses none.
     pub guard: Option<GuardReason>,
+    /// Legs where danger is nearer than the vessel may be off its track; null where there is room everywhere.
+    pub narrow: Option<SeaRouteNarrow>,
     /// Whether only part of the water was looked at in full, as the charts hold too much of it: other water may hold a shorter
     /// route. Its legs are checked like those of any route.
     pub part_only: bool,
+}
+
+/// Legs of a route on which danger is nearer than the vessel may be off its track before its path monitor ends the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteNarrow {
+    /// Distance that leaves room (m): how far the vessel may be off its track, its hull, and the uncertainty of its position.
+    pub needed_m: f64,
+    /// The narrowest leg, by its number from 0.
+    pub leg: usize,
+    /// Its distance to the nearest danger, land or shallow water (m).
+    pub least_m: f64,
+    /// How many legs they are.
+    pub legs: usize,
+    /// How long they are together (m).
+    pub length_m: f64,
 }
 
 /// A leg of a route.

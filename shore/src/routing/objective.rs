@@ -12,7 +12,7 @@ use units::UtcTime;
 /// Speed where none is asked for (m/s).
 const SPEED_MPS: f64 = 1.5;
 /// Most crossings of a grid of currents in a request.
-const MOST_CROSSINGS: usize = 100_000;
+pub(super) const MOST_CROSSINGS: usize = 100_000;
 
 /// The power of the vessel that plans are reckoned with.
 pub fn power() -> Power {
@@ -75,7 +75,7 @@ fn flow(SeaRouteCurrent { set_deg, drift_mps }: &SeaRouteCurrent) -> Result<Flow
     Ok(Flow::set_and_drift(set_deg.to_radians(), *drift_mps))
 }
 
-fn grid(of: &SeaRouteCurrentGrid) -> Result<CurrentGrid, Said> {
+pub(super) fn grid(of: &SeaRouteCurrentGrid) -> Result<CurrentGrid, Said> {
     if of.east_mps.len().max(of.north_mps.len()) > MOST_CROSSINGS {
         let text = say("there are more than {most} values; cut it to the area and the time of the route");
         return Err(text.with("most", MOST_CROSSINGS).into());

@@ -11,8 +11,8 @@ use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
 use planner::{
-    Cancel, End, LegCost, Moved, Needs, Objective, Passable, Progress, Refusal, Request, Route, RouteLeg,
-    Router,
+    Cancel, End, LegCost, Moved, Narrow, Needs, Objective, Passable, PlanError, Progress, Refusal, Request,
+    Route, RouteLeg, Router,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -26,6 +26,9 @@ use units::LatLon;
 
 /// The search for a long way is reported each time so many tiles were searched.
 const TILES_BETWEEN_REPORTS: usize = 20;
+/// What is said where the time ends while smaller demands are looked for.
+const NOT_LOOKED_TO_THE_END: &str =
+    "; smaller depths and clearances were not looked for to the end: the time of --give-up-after is used up";
 /// Longer lines of a file of pairs are refused (bytes).
 const LONGEST_LINE: usize = 64 * 1024;
 
@@ -78,6 +81,9 @@ pub(super) struct RouteArguments {
     /// Turning radius of the vessel (m): turns keep the depth and distance too, or are warned of [default: not known].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     turn_radius: Option<f64>,
+    /// How far the vessel may be off its track before its path monitor ends the plan (m): where danger is nearer, it is warned of.
+    #[arg(long, value_name = "M", default_value_t = shore::routing::STRAY_M, allow_negative_numbers = true)]
+    stray: f64,
     /// Show so many other routes as well, 0 to 3, that pass islands and shoals on the other side.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3), conflicts_with_all = ["via", "pairs"])]
     alternatives: u8,
@@ -95,7 +101,7 @@ pub(super) struct RouteArguments {
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
     errors: bool,
-    /// Stop the search for a long route after so many seconds.
+    /// Stop the search for a route, and for what would do in its place, after so many seconds.
     #[arg(long, value_name = "S", default_value_t = 300)]
     give_up_after: u64,
     /// Speed through the water for time and energy (m/s); for the least energy the greatest one.
@@ -130,7 +136,12 @@ struct Terms<'a> {
 
 pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Result<()> {
     ensure!(arguments.speed > 0.0 && arguments.speed.is_finite(), "--speed: give a speed above 0 m/s");
-    for (name, value) in [("--move-up-to", arguments.move_up_to), ("--least-leg", arguments.least_leg)] {
+    let lengths = [
+        ("--move-up-to", arguments.move_up_to),
+        ("--least-leg", arguments.least_leg),
+        ("--stray", arguments.stray),
+    ];
+    for (name, value) in lengths {
         ensure!(value >= 0.0 && value.is_finite(), "{name}: give a length of 0 m or more");
     }
     let radius = arguments.turn_radius.unwrap_or(0.0);
@@ -180,6 +191,11 @@ impl Terms<'_> {
             ..plain
         };
         Needs { demand, clearance_m: clearance_m.unwrap_or_else(|| limits.half_width_m()) }
+    }
+
+    /// Distance to danger that leaves room for a vessel off its track (m).
+    fn room_m(&self) -> f64 {
+        self.limits.room_m(self.arguments.stray)
     }
 
     fn cancel<'a>(&self, spent: &'a dyn Fn() -> Duration) -> Cancel<'a> {
@@ -239,22 +255,31 @@ impl Terms<'_> {
                 Ok(())
             }
             Err((stretch, refusal)) => {
-                self.refuse(&places[stretch..=stretch + 1], &request, &needs, &refusal)
+                let ends = Request { from: places[stretch], to: places[stretch + 1], ..request };
+                self.refuse(&ends, &needs, &refusal, &cancel)
             }
         }
     }
 
+    /// Says that no route exists, with what would do as far as the time allows to look for it.
     fn refuse(
         &self,
-        ends: &[LatLon],
-        request: &Request,
+        ends: &Request,
         needs: &Needs,
         refusal: &Refusal,
+        cancel: &Cancel<'_>,
     ) -> anyhow::Result<()> {
-        let ends = Request { from: ends[0], to: ends[1], ..*request };
-        let passable = matches!(refusal, Refusal::NoWay { .. })
-            .then(|| self.router.passable(&ends, needs, &Cancel::never()))
-            .transpose()?;
+        let (mut passable, mut would_do_words) = (None, String::new());
+        if matches!(refusal, Refusal::NoWay { .. }) {
+            match self.router.passable(ends, needs, cancel) {
+                Ok(found) => {
+                    would_do_words = would_do_text(&found);
+                    passable = Some(found);
+                }
+                Err(PlanError::OutOfTime) => would_do_words = NOT_LOOKED_TO_THE_END.to_owned(),
+                Err(error) => return Err(error.into()),
+            }
+        }
         if self.arguments.json {
             let mut value = refused(&Value::Null, refusal);
             if let Some(passable) = &passable {
@@ -262,7 +287,7 @@ impl Terms<'_> {
             }
             say!("{value}");
         }
-        Err(anyhow!("no route: {refusal}{}", passable.map_or_else(String::new, |it| would_do_text(&it))))
+        Err(anyhow!("no route: {refusal}{would_do_words}"))
     }
 
     /// One answer a line, in the order of the file.
@@ -364,6 +389,9 @@ impl Terms<'_> {
                "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
                "current_unknown_m": unknown_m, "current_too_strong": costs.iter().any(|cost| cost.too_strong), "shortest": shortest,
                "part_only": route.of_part,
+               "narrow": route.narrow(self.room_m()).map(|Narrow { leg, least_m, legs, length_m }| {
+                   json!({"needed_m": self.room_m(), "leg": leg, "least_m": least_m, "legs": legs, "length_m": length_m})
+               }),
                "moved_via": via, "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
@@ -402,6 +430,15 @@ impl Terms<'_> {
             complain!(
                 "only part of the water was looked at in full, as the charts hold too much; a shorter route may lead \
                  elsewhere: --via leads it there"
+            );
+        }
+        if let Some(Narrow { leg, least_m, legs, .. }) = route.narrow(self.room_m()) {
+            complain!(
+                "on {legs} of {} legs danger is nearer than the {:.0} m that leave room for a vessel off its track (--stray, hull and \
+                 position); the nearest is {least_m:.0} m from leg {}: ask for more --clearance, or --prefer-off",
+                route.legs.len(),
+                self.room_m(),
+                leg + 1
             );
         }
         for (number, leg) in (1..).zip(&route.legs) {
@@ -576,4 +613,51 @@ fn write(
     let text = plans::write(&plan, format).map_err(|text| anyhow!("{}: {text}", out.display()))?;
     fs::write(out, text).with_context(|| out.display().to_string())?;
     Ok(costs.iter().any(|cost| cost.limit_mps.is_some()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use charts::depth_index::IndexBuilder;
+    use charts::s57::{Cell, NamedBytes};
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        arguments: RouteArguments,
+    }
+
+    #[test]
+    fn what_would_do_is_looked_for_no_longer_than_the_search_may_take() {
+        let mut builder = IndexBuilder::new();
+        for file in charts::demo::archipelago().unwrap() {
+            let named = NamedBytes { name: file.name, bytes: &file.bytes };
+            builder.add_cell(&Cell::read(named, &[]).unwrap()).unwrap();
+        }
+        let router = Router::new(Arc::new(builder.build().unwrap()));
+        let line = [
+            "route",
+            "--from",
+            "63.4455,10.352",
+            "--to",
+            "63.4455,10.314",
+            "--min-depth",
+            "5",
+            "--clearance",
+            "190",
+        ];
+        let Line { arguments } = Line::parse_from(line.into_iter().chain(["--give-up-after", "5"]));
+        let objective = arguments.objective.read(arguments.speed).unwrap();
+        let terms = Terms { arguments: &arguments, limits: GuardLimits::default(), objective, router };
+        let (needs, ends) =
+            (terms.needs(None, None), terms.request(arguments.from.unwrap(), arguments.to.unwrap()));
+        let refusal = terms.router.route(&ends, &needs, &Cancel::never()).unwrap_err();
+        let text = |spent_s: u64| {
+            let spent = || Duration::from_secs(spent_s);
+            terms.refuse(&ends, &needs, &refusal, &terms.cancel(&spent)).unwrap_err().to_string()
+        };
+        assert!(text(5).contains("; there is one with --clearance "), "{}", text(5));
+        assert!(text(6).ends_with(NOT_LOOKED_TO_THE_END), "{}", text(6));
+    }
 }
