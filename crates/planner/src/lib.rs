@@ -47,6 +47,7 @@ mod joining;
 mod known;
 mod landmarks;
 mod lattice;
+mod lead;
 mod learned;
 mod limits;
 mod long;

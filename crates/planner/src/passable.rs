@@ -2,9 +2,11 @@
 //!
 //! What parts the ends is found among the chart's lines themselves ([`Walls`]): up to which depth they leave a way, and how
 //! narrow its narrowest gap is. A figure is given only if water that was prepared for it has a route that the chart
-//! confirms; as little water is prepared as holds a way by those lines.
+//! confirms; as little water is prepared as holds a way by those lines: first that along a way that leads between them
+//! ([`lead`]), and the whole region around only where that holds none.
 
 use crate::Cancel;
+use crate::lead::lead;
 use crate::needs::Needs;
 use crate::obstacles::{cut_out_m, least_cut_out_m};
 use crate::plane::Point;
@@ -13,10 +15,12 @@ use crate::region::Region;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Request, Route};
 use crate::side::{Gap, Kind, Reach, Trouble};
-use crate::walls::Walls;
+use crate::tile::{Grid, Tile, Tiles};
+use crate::walls::{Lines, Walls};
 use crate::zones::Zones;
-use charts::depth_index::{ClosingLine, Demand, DepthIndex, EntryRules};
+use charts::depth_index::{Demand, DepthIndex, EntryRules};
 use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use units::LatLon;
 
@@ -31,6 +35,11 @@ const LEAST_THINNED_M: f64 = 0.3;
 const COARSER: f64 = 5.0;
 /// Lines thinned by more than this share of the reach say little.
 const COARSEST: f64 = 0.25;
+/// Along a way that may be one, water is prepared so many times the reach to both sides, in tiles of so many times the reach and
+/// no smaller than this (m).
+const BESIDE: f64 = 2.0;
+const TILE: f64 = 6.0;
+const LEAST_TILE_M: f64 = 400.0;
 /// Water is prepared so far around the ends at least (m).
 const AROUND_M: f64 = 300.0;
 
@@ -72,10 +81,14 @@ pub(crate) struct Search<'a> {
     ends: Vec<[Point; 2]>,
     /// One of them does not stand where it was asked for.
     moved: bool,
-    lines: Vec<ClosingLine>,
+    lines: Lines,
     wider_m: f64,
+    /// By how much the walls may lie beside the chart's lines (m).
     thinned_m: f64,
     walls: Walls,
+    /// Walls of fewer sides, which lie up to `coarse_m` beside the others.
+    coarse: Walls,
+    coarse_m: f64,
 }
 
 impl<'a> Search<'a> {
@@ -89,10 +102,28 @@ impl<'a> Search<'a> {
         let ends = Question { room, index, request, wish: None, cancel }.ends()?;
         let asked = [request.from, request.to].map(|place| room.plane().point(place));
         let moved = ends.len() > 1 || ends[0] != asked;
-        let (lines, wider_m) = room.closing_lines(index);
+        let (chart, wider_m) = room.closing_lines(index);
         let thinned_m = (THINNED * room.cut_m()).max(LEAST_THINNED_M);
-        let walls = room.walls(&lines, thinned_m);
-        Some(Self { room, index, request, cancel, ends, moved, lines, wider_m, thinned_m, walls })
+        let lines = room.lines(&chart, thinned_m);
+        let walls = Walls::new(room.region, &lines, (0.0, thinned_m));
+        let coarse_m = COARSER * thinned_m;
+        let coarse = Walls::new(room.region, &lines, (coarse_m, coarse_m));
+        // Lines lie up to that beside the others, and short sides up to as much again.
+        let coarse_m = 2.0 * coarse_m;
+        Some(Self {
+            room,
+            index,
+            request,
+            cancel,
+            ends,
+            moved,
+            lines,
+            wider_m,
+            thinned_m,
+            walls,
+            coarse,
+            coarse_m,
+        })
     }
 
     pub(crate) fn answer(mut self) -> Result<Passable, PlanError> {
@@ -120,7 +151,7 @@ impl<'a> Search<'a> {
     /// The greatest least depth below the one demanded that gives a route, in tenths.
     fn depth(&mut self) -> Result<Option<(f64, Route)>, PlanError> {
         let (needs, reach) = (*self.room.needs(), self.reach(self.room.needs(), self.room.zones()));
-        let parted = self.of_all_ends(|walls, ends, cancel| walls.parted_below_m(ends, reach, cancel))?;
+        let parted = self.of_all_ends(|walls, _, ends, cancel| walls.parted_below_m(ends, reach, cancel))?;
         let wanted_m = needs.demand.needed_m();
         // Where nothing parts them by the lines, one step less than asked is the first that may do.
         let most_m = parted.into_iter().map(|depth_m| depth_m.unwrap_or(wanted_m)).fold(f64::MIN, f64::max);
@@ -143,13 +174,13 @@ impl<'a> Search<'a> {
         let (needs, most) = (*self.room.needs(), self.reach(self.room.needs(), self.room.zones()));
         let least = self.reach(&Needs { clearance_m: 0.0, ..needs }, self.room.zones());
         let widest_m = Cell::new(least.chart_m);
-        let gaps = self.of_all_ends(|walls, ends, cancel| {
+        let gaps = self.of_all_ends(|walls, coarse, ends, cancel| {
             // Other places for the ends count only where they leave a wider way.
             let at = Reach { chart_m: widest_m.get(), ..most };
             if at != least && walls.parted_below_m(ends, at, cancel)?.is_some() {
                 return Ok(Some(Gap { reach_m: 0.0, width_m: 0.0, at: ends[0] }));
             }
-            let gap = walls.widest_gap(ends, (least, most), cancel)?;
+            let gap = walls.widest_gap(coarse, ends, (least, most), cancel)?;
             widest_m.set(gap.map_or(most.chart_m, |gap| gap.reach_m).max(widest_m.get()));
             Ok(gap)
         })?;
@@ -178,11 +209,12 @@ impl<'a> Search<'a> {
     /// none at all where that says nothing.
     fn of_all_ends<T>(
         &mut self,
-        ask: impl Fn(&Walls, [Point; 2], &Cancel<'_>) -> Result<T, Trouble>,
+        ask: impl Fn(&Walls, (&Walls, f64), [Point; 2], &Cancel<'_>) -> Result<T, Trouble>,
     ) -> Result<Vec<T>, PlanError> {
         loop {
+            let coarse = (&self.coarse, self.coarse_m);
             let all: Result<Vec<T>, Trouble> =
-                self.ends.iter().map(|ends| ask(&self.walls, *ends, self.cancel)).collect();
+                self.ends.iter().map(|ends| ask(&self.walls, coarse, *ends, self.cancel)).collect();
             match all {
                 Ok(all) => return Ok(all),
                 Err(Trouble::Plan(error)) => return Err(error),
@@ -191,7 +223,8 @@ impl<'a> Search<'a> {
             if self.thinned_m > COARSEST * cut_out_m(self.room.cut_m()) {
                 return Ok(Vec::new());
             }
-            self.walls = self.room.walls(&self.lines, self.thinned_m);
+            self.walls = Walls::new(self.room.region, &self.lines, (self.thinned_m, self.thinned_m));
+            self.coarse_m = self.coarse_m.max(COARSER * self.thinned_m);
         }
     }
 
@@ -226,34 +259,70 @@ impl<'a> Search<'a> {
         zones: &Arc<Zones>,
         walls: &Walls,
     ) -> Result<Option<Route>, PlanError> {
-        let Self { index, request, cancel, .. } = *self;
-        let reach = self.reach(needs, zones);
+        let cancel = self.cancel;
+        let (reach, depth_m) = (self.reach(needs, zones), needs.demand.needed_m());
         for region in self.regions(reach) {
-            // In the whole the walls were asked already.
-            let mut open = region == self.room.region && std::ptr::eq(walls, &raw const self.walls);
-            let here = if open { None } else { Some(walls.within(region, needs.demand.needed_m())) };
-            for (ends, here) in self.ends.iter().zip(here.iter().cycle()) {
-                open = open
-                    || match here.parted_below_m(*ends, reach, cancel) {
-                        Ok(parted) => parted.is_none(),
-                        Err(Trouble::TooMany) => true,
-                        Err(Trouble::Plan(error)) => return Err(error),
-                    };
+            let whole = region == self.room.region;
+            let here = (!whole).then(|| walls.within(region, depth_m));
+            let here = here.as_ref().unwrap_or(walls);
+            let mut open = None;
+            for ends in &self.ends {
+                // In the whole the walls were asked already.
+                let parted = if whole && std::ptr::eq(walls, &raw const self.walls) {
+                    Ok(None)
+                } else {
+                    here.parted_below_m(*ends, reach, cancel)
+                };
+                match parted {
+                    Ok(None) | Err(Trouble::TooMany) => open = open.or(Some(*ends)),
+                    Ok(Some(_)) => {}
+                    Err(Trouble::Plan(error)) => return Err(error),
+                }
             }
-            if !open {
-                continue;
+            let Some(ends) = open else { continue };
+            if let Some(way) = lead(here, region, (ends, reach, depth_m), cancel)? {
+                let tiles = self.around(&way, reach);
+                let room = SeaRoom::of_tiles(self.index, (needs, zones), (&tiles, 0.0), cancel)?;
+                if let Some(route) = self.route_in(&room)? {
+                    return Ok(Some(route));
+                }
             }
             let Region { min, max } = region;
             let middle = self.room.plane().place(min.towards(max, 0.5));
             let halves_m = ((max.x - min.x) / 2.0, (max.y - min.y) / 2.0);
-            let room = SeaRoom::around(index, (needs, zones), middle, halves_m, cancel)?;
-            match (Question { room: &room, index, request, wish: None, cancel }).answer() {
-                Ok(route) => return Ok(Some(route)),
-                Err(Refusal::Plan(error)) => return Err(error),
-                Err(_) => {}
+            let room = SeaRoom::around(self.index, (needs, zones), middle, halves_m, cancel)?;
+            if let Some(route) = self.route_in(&room)? {
+                return Ok(Some(route));
             }
         }
         Ok(None)
+    }
+
+    /// The route in water that was prepared for smaller demands, if there is one.
+    fn route_in(&self, room: &SeaRoom) -> Result<Option<Route>, PlanError> {
+        let Self { index, request, cancel, .. } = *self;
+        match (Question { room, index, request, wish: None, cancel }).answer() {
+            Ok(route) => Ok(Some(route)),
+            Err(Refusal::Plan(error)) => Err(error),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// The water along a way, and around the ends as far as these may be moved.
+    fn around(&self, way: &[Point], reach: Reach) -> Tiles {
+        let beside_m = BESIDE * reach.most_m();
+        let grid = Grid {
+            middle: self.room.plane().middle(),
+            tile_m: (TILE * reach.most_m()).max(LEAST_TILE_M).round(),
+        };
+        let near = |at: Point, by_m: f64| grid.tiles_in(Region { min: at, max: at }.wider(by_m));
+        let mut tiles: BTreeSet<Tile> = way.iter().flat_map(|at| near(*at, beside_m)).collect();
+        if self.moved {
+            let asked = [self.request.from, self.request.to].map(|place| self.room.plane().point(place));
+            let move_m = self.request.move_up_to_m + beside_m;
+            tiles.extend(asked.into_iter().flat_map(|at| near(at, move_m)));
+        }
+        Tiles { grid, tiles: Arc::new(tiles) }
     }
 
     /// Regions around the ends, the smallest first; the last is that of the water that was prepared.

@@ -63,6 +63,10 @@ pub struct Plane {
 }
 
 impl Plane {
+    pub(crate) fn middle(&self) -> LatLon {
+        self.middle
+    }
+
     /// A plane around a place.
     pub fn new(middle: LatLon) -> Self {
         // At a pole itself the sphere's constants have no value.

@@ -2,7 +2,7 @@
 
 use crate::needs::Needs;
 use crate::plane::Plane;
-use crate::room::SeaRoom;
+use crate::room::{FAR_M, SeaRoom};
 use crate::tile::Tiles;
 use crate::zones::Zones;
 use crate::{Cancel, PlanError};
@@ -213,7 +213,7 @@ impl Rooms {
             Water::Square(Square { middle, half_m }) => {
                 SeaRoom::around(&self.index, both, *middle, (*half_m, *half_m), cancel)
             }
-            Water::Tiles(tiles) => SeaRoom::of_tiles(&self.index, both, tiles, cancel),
+            Water::Tiles(tiles) => SeaRoom::of_tiles(&self.index, both, (tiles, FAR_M), cancel),
         }
     }
 
