@@ -16,14 +16,14 @@ use crate::charts::{Charts, Set};
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{
     Said, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteGaveUp, SeaRouteLeg, SeaRouteMoved,
-    SeaRouteNarrow, SeaRoutePassable, SeaRouteProgress, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone,
-    SeaRouteZoneKind, Wording, say,
+    SeaRouteNarrow, SeaRoutePassable, SeaRouteProgress, SeaRouteRefusal, SeaRouteRequest, SeaRouteTraffic,
+    SeaRouteZone, SeaRouteZoneKind, Wording, say,
 };
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
 use planner::{
-    Cancel, End, LegCost, Moved, Narrow, Needs, Objective, Passable, PlanError, Progress, Refusal, Request,
-    Route, RouteLeg, Router, Spent, Zone, Zones,
+    Cancel, End, InTraffic, LegCost, Moved, Narrow, Needs, Objective, Passable, PlanError, Progress, Refusal,
+    Request, Route, RouteLeg, Router, Spent, TrafficKind, Zone, Zones,
 };
 use progress::{Asked, UnderWay};
 use std::ops::RangeInclusive;
@@ -241,15 +241,17 @@ impl Question {
         let short = (!is_long).then(|| router.without_long());
         let router = short.as_ref().unwrap_or(router);
         // Out of range it would have been refused.
-        let weighing = router.by_objective(self.objective.clone()).ok();
+        let objective = self.objective_in(set);
+        let weighing = router.by_objective(objective.clone()).ok();
         let planned =
             weighing.as_ref().unwrap_or(router).route_by(&self.places, &request, &self.needs, &cancel);
         let (mut alternatives, mut shortest) = (Vec::new(), None);
         let (route, refusal) = match planned {
             Ok(route) => {
-                shortest = route.shortest.as_ref().map(|shortest| self.described(shortest, set));
-                alternatives.extend(route.alternatives.iter().map(|other| self.described(other, set)));
-                (Some(self.described(&route, set)), None)
+                let described = |route: &Route| self.described(route, set, &objective);
+                shortest = route.shortest.as_deref().map(described);
+                alternatives.extend(route.alternatives.iter().map(described));
+                (Some(described(&route)), None)
             }
             Err((stretch, refusal)) => {
                 let mut refused = refused(stretch, &refusal);
@@ -312,7 +314,14 @@ impl Question {
         Some(SeaRouteNarrow { needed_m, leg, least_m, legs, length_m })
     }
 
-    fn described(&self, route: &Route, set: &Set) -> SeaRoute {
+    /// The objective, with the traffic of a chart set where it is minded.
+    fn objective_in(&self, set: &Set) -> Objective {
+        let minded = self.objective.traffic_factor > 1.0;
+        let traffic = if minded { set.traffic.near(&self.places) } else { Vec::new() };
+        Objective { traffic, ..self.objective.clone() }
+    }
+
+    fn described(&self, route: &Route, set: &Set, objective: &Objective) -> SeaRoute {
         let dangers =
             route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
         let guard = dangers.zip(0..).find_map(|(check, number)| reason(&LegCheck { number, ..check }));
@@ -320,7 +329,7 @@ impl Question {
         let start = route.moved_start.map(|moved| (End::Start, moved));
         let goal = route.moved_goal.map(|moved| (End::Goal, moved));
         let moved = start.into_iter().chain(via).chain(goal);
-        let costs = route.reckon(&self.objective);
+        let costs = route.reckon(objective);
         let current_unknown_m = costs.iter().map(|cost| cost.unknown_m).sum();
         let current_too_strong = costs.iter().any(|cost| cost.too_strong);
         let legs: Vec<SeaRouteLeg> =
@@ -328,7 +337,7 @@ impl Question {
         SeaRoute {
             points: route.places().map(degrees).collect(),
             length_m: route.length_m,
-            speed_mps: route.speed_mps(&self.objective),
+            speed_mps: route.speed_mps(objective),
             current_unknown_m,
             current_too_strong,
             duration_s: legs.iter().map(|leg| leg.duration_s).sum(),
@@ -351,11 +360,24 @@ fn described_leg(leg: &RouteLeg, cost: LegCost) -> SeaRouteLeg {
         course_deg: course_rad(leg).to_degrees(),
         duration_s: cost.duration_s,
         limit_mps: cost.limit_mps,
+        traffic: cost.traffic.map(|InTraffic { kind, against }| SeaRouteTraffic {
+            kind: traffic_code(kind).to_owned(),
+            against,
+        }),
         energy_wh: cost.energy_j.map(|energy_j| energy_j / 3_600.0),
         least_depth_m: leg.worst.water.least_m(),
         least_depth_at: degrees(leg.worst.at),
         clearance_m: leg.clearance_m,
         turn_text: leg.turn.and_then(|turn| turn.trouble).map(|trouble| sentence(&trouble.to_string())),
+    }
+}
+
+fn traffic_code(kind: TrafficKind) -> &'static str {
+    match kind {
+        TrafficKind::Lane => "lane",
+        TrafficKind::SeparationZone => "separation_zone",
+        TrafficKind::Junction => "junction",
+        TrafficKind::DeepWater => "deep_water",
     }
 }
 

@@ -32,6 +32,11 @@ test("where there is no room for a vessel off its track is told", () => {
   assert.match(text, /^On 2 legs danger is nearer than the 29 m .*: 18 m from leg 2\. /);
 });
 
+test("legs in ordered traffic are named", () => {
+  const legs = [{ traffic: null }, { traffic: { kind: "lane", against: false } }, { traffic: { kind: "lane", against: true } }, { traffic: { kind: "separation_zone", against: false } }];
+  assert.deepEqual(remarks({ route: { ...found, legs }, refusal: null }), ["Leg 2 leads through a traffic lane.", "Leg 3 leads against the direction of a traffic lane.", "Leg 4 leads through a traffic separation zone."]);
+});
+
 test("how far a long route has come is told by what was searched, not by what is left", () => {
   const of = (more) => progressText({ waiting: false, tiles: 0, most_tiles: 0, spent_s: 12.4, most_s: 90, ...more });
   assert.equal(of({ waiting: true }), "Waiting for other routes: 12 s");

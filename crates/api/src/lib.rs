@@ -93,7 +93,7 @@ pub use register::{
 pub use routing::{
     SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteGaveUp,
     SeaRouteLeg, SeaRouteMoved, SeaRouteNarrow, SeaRouteObjective, SeaRoutePassable, SeaRouteProgress,
-    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
+    SeaRouteRefusal, SeaRouteRequest, SeaRouteTraffic, SeaRouteZone, SeaRouteZoneKind,
 };
 pub use said::{Fixed, Said, Wording, fixed, say};
 pub use samples::{

@@ -42,6 +42,11 @@ pub struct SeaRouteRequest {
     /// How many times as much such water costs, 1 to 100; null for 3. In water that is both, the two surcharges add.
     #[serde(default)]
     pub prefer_factor: Option<f64>,
+    /// How many times as much a metre costs in traffic lanes, separation zones and deep-water routes of the chart, 1 to 100; the
+    /// surcharge is twice as large straight against the direction of a lane. The route keeps out of them where the way round is
+    /// not far. 1 does not mind them; null for 3.
+    #[serde(default)]
+    pub traffic_factor: Option<f64>,
     /// Speed through the water that time and energy are reckoned with (m/s); null for 1.5. For the least energy the greatest
     /// one.
     #[serde(default)]
@@ -220,6 +225,16 @@ pub struct SeaRoute {
     pub part_only: bool,
 }
 
+/// Ordered traffic on a leg.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteTraffic {
+    /// `lane`, `separation_zone`, `junction` or `deep_water`.
+    pub kind: String,
+    /// Whether the leg leads against the direction of the lane.
+    pub against: bool,
+}
+
 /// Legs of a route on which danger is nearer than the vessel may be off its track before its path monitor ends the plan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -249,6 +264,8 @@ pub struct SeaRouteLeg {
     /// The slowest speed limit (m/s) of the areas that the leg enters or touches, where it is slower than the route's speed;
     /// null where no limit is. A plan with one speed for the route does not keep it.
     pub limit_mps: Option<f64>,
+    /// The ordered traffic that the leg enters or touches, where it is minded; null for none.
+    pub traffic: Option<SeaRouteTraffic>,
     /// Energy from the battery (Wh); null where the current is too strong or not known.
     pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).

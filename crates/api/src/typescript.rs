@@ -22,11 +22,11 @@ use crate::{
     RegisterProblem, RegisterProject, RegisterReceiver, RegisterRecord, RegisterTag, Role, RouteLeg,
     SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid,
     SeaRouteGaveUp, SeaRouteLeg, SeaRouteMoved, SeaRouteNarrow, SeaRouteObjective, SeaRoutePassable,
-    SeaRouteProgress, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Series, SeriesField,
-    Session, ShareVisit, ShareVisitKind, ShelveRequest, SpeedUnit, StoredPlan, Subscription, SummaryBar,
-    SummaryFlag, SummarySquare, SummaryTag, SummaryVessel, System, TeleopMessage, TeleopPhase, TeleopSample,
-    TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update, ValueKind, Vessel,
-    VesselChart, VesselParameters, VesselQuery, VesselQuerySent, Wording,
+    SeaRouteProgress, SeaRouteRefusal, SeaRouteRequest, SeaRouteTraffic, SeaRouteZone, SeaRouteZoneKind,
+    Series, SeriesField, Session, ShareVisit, ShareVisitKind, ShelveRequest, SpeedUnit, StoredPlan,
+    Subscription, SummaryBar, SummaryFlag, SummarySquare, SummaryTag, SummaryVessel, System, TeleopMessage,
+    TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update,
+    ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent, Wording,
 };
 use ts_rs::TS;
 
@@ -194,6 +194,7 @@ fn text() -> String {
         SeaRoute::decl(),
         SeaRouteAnswer::decl(),
         SeaRouteRequest::decl(),
+        SeaRouteTraffic::decl(),
         SeaRouteZone::decl(),
         SeaRouteZoneKind::decl(),
         SeaRouteCurrent::decl(),

@@ -206,6 +206,54 @@ async fn a_question_says_how_far_it_has_come_and_ends_when_its_client_goes() {
 }
 
 #[tokio::test]
+async fn a_route_says_which_traffic_it_meets_unless_that_is_not_minded() {
+    let shore = Shore::with(|data| {
+        archipelago(data);
+        // All of the detailed chart becomes a lane to the west. What keeps the boxes of areas in step needs functions that
+        // SQLite by itself does not have, and the boxes stay as they are.
+        let db = rusqlite::Connection::open(data.join("charts/chart.gpkg")).unwrap();
+        let mut triggers = db
+            .prepare("SELECT name FROM sqlite_master WHERE type = 'trigger' AND tbl_name = 'areas' AND sql LIKE '%ST_%'")
+            .unwrap();
+        let names: Vec<String> =
+            triggers.query_map([], |row| row.get(0)).unwrap().collect::<Result<_, _>>().unwrap();
+        for name in names {
+            db.execute(&format!("DROP TRIGGER {name}"), []).unwrap();
+        }
+        let lane = "UPDATE areas SET class = 'TSSLPT', class_code = 148, attributes = '{\"ORIENT\":\"270\"}' \
+                    WHERE class = 'M_QUAL' AND source = (SELECT id FROM cells WHERE name = 'XX5LUTRA')";
+        assert!(db.execute(lane, []).unwrap() > 0);
+    })
+    .await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let found = async |ask: Value| {
+        let (status, body) = route(&shore, &token, &ask).await;
+        assert_eq!(status, StatusCode::OK, "{body}");
+        serde_json::from_str::<SeaRouteAnswer>(&body).unwrap().route.unwrap()
+    };
+    let (east, west) = ([63.4455, 10.352], [63.4455, 10.314]);
+    let with = found(json!({"points": [east, west]})).await;
+    let met = |route: &api::SeaRoute, against: bool| {
+        let traffic = route.legs.iter().filter_map(|leg| leg.traffic.as_ref());
+        traffic.filter(|one| one.kind == "lane" && one.against == against).count()
+    };
+    assert!(met(&with, false) > 0 && met(&with, true) == 0, "{:?}", with.legs);
+    // The other way round it goes against the lane, or farther so as not to.
+    let back = found(json!({"points": [west, east]})).await;
+    assert!(
+        met(&back, true) > 0 || back.length_m > with.length_m + 10.0,
+        "{} {}",
+        back.length_m,
+        with.length_m
+    );
+    let careless = found(json!({"points": [east, west], "traffic_factor": 1})).await;
+    assert!(careless.legs.iter().all(|leg| leg.traffic.is_none()));
+    let bad = json!({"points": [east, west], "traffic_factor": 0.5});
+    let (status, body) = route(&shore, &token, &bad).await;
+    assert!(status == StatusCode::BAD_REQUEST && body.contains("factor of traffic"), "{body}");
+}
+
+#[tokio::test]
 async fn after_a_change_of_the_chart_the_water_that_was_asked_for_is_prepared_again() {
     let shore = Shore::with(archipelago).await;
     let token = shore.token(Some(7), Role::Viewer).await;

@@ -11,6 +11,7 @@ mod cache;
 mod drawing;
 mod package;
 mod settings;
+mod traffic;
 pub(crate) mod verdict;
 
 pub use aboard::ChartsAboard;
@@ -18,6 +19,7 @@ pub use answer::{at, corridor, described, way_m};
 pub use areas::NoGo;
 pub use package::ChartPackage;
 pub use settings::Settings;
+pub use traffic::Traffic;
 pub use verdict::{Limits, told};
 
 use ::guard::GuardLimits;
@@ -118,6 +120,8 @@ pub struct Set {
     pub index: Arc<DepthIndex>,
     /// Plans routes on it.
     pub router: Router,
+    /// Its areas of ordered traffic.
+    pub traffic: Traffic,
     /// Water that routes were asked in on the set before, and that is to be prepared again; the last one is the next.
     wanted: Mutex<Vec<Prepared>>,
     path: PathBuf,
@@ -352,9 +356,11 @@ fn load(path: &Path, cache_bytes: usize, sound: bool) -> chartdb::Result<(Set, L
         tracing::warn!("{why}; made again from the charts");
     }
     let index = Arc::new(loaded.sealed.index.clone());
+    let charts = ChartDb::open(path)?.charts()?;
     let set = Set {
         digest: hex::encode(loaded.sealed.digest),
-        charts: ChartDb::open(path)?.charts()?,
+        traffic: Traffic::new(path, charts.clone()),
+        charts,
         router: Router::new(Arc::clone(&index)),
         wanted: Mutex::default(),
         index,

@@ -57,10 +57,12 @@ pub(super) fn objective(ask: &SeaRouteRequest, now: UtcTime) -> Result<Objective
         off_m: ask.prefer_off_m,
         factor: ask.prefer_factor.unwrap_or(usual.factor),
     };
+    let traffic_factor = ask.traffic_factor.unwrap_or(aimed(ask.objective, speed_mps).traffic_factor);
     let depart = ask.depart_us.map_or(now, UtcTime::from_micros);
     let limits = limits(&ask.zones)?;
     let aimed = aimed(ask.objective, speed_mps);
-    let objective = Objective { currents, preferences, limits, depart_s: depart.seconds(), ..aimed };
+    let depart_s = depart.seconds();
+    let objective = Objective { currents, preferences, limits, depart_s, traffic_factor, ..aimed };
     objective.validate().map_err(|error| Said::as_is(error.to_string()))?;
     Ok(objective)
 }

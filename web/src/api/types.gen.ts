@@ -3917,6 +3917,12 @@ prefer_off_m: number | null,
  */
 prefer_factor: number | null, 
 /**
+ * How many times as much a metre costs in traffic lanes, separation zones and deep-water routes of the chart, 1 to 100; the
+ * surcharge is twice as large straight against the direction of a lane. The route keeps out of them where the way round is
+ * not far. 1 does not mind them; null for 3.
+ */
+traffic_factor: number | null, 
+/**
  * Speed through the water that time and energy are reckoned with (m/s); null for 1.5. For the least energy the greatest
  * one.
  */
@@ -3953,6 +3959,16 @@ explain: boolean,
  * `GET /api/v1/chart/route/{name}` says how far it has come. Null for none.
  */
 progress: string | null, };
+
+export type SeaRouteTraffic = { 
+/**
+ * `lane`, `separation_zone`, `junction` or `deep_water`.
+ */
+kind: string, 
+/**
+ * Whether the leg leads against the direction of the lane.
+ */
+against: boolean, };
 
 export type SeaRouteZone = { 
 /**
@@ -4022,6 +4038,10 @@ duration_s: number | null,
  * null where no limit is. A plan with one speed for the route does not keep it.
  */
 limit_mps: number | null, 
+/**
+ * The ordered traffic that the leg enters or touches, where it is minded; null for none.
+ */
+traffic: SeaRouteTraffic | null, 
 /**
  * Energy from the battery (Wh); null where the current is too strong or not known.
  */

@@ -20,6 +20,8 @@ export interface SeaRouteModel {
   readonly deeper: Signal<number>;
   /** Water farther than this from land and shoals is preferred, m; 0 for no preference. */
   readonly off: Signal<number>;
+  /** The route keeps out of traffic lanes where the way round is not far. */
+  readonly traffic: Signal<boolean>;
   /** Where the current flows to (°) and how fast (m/s); 0 for still water. */
   readonly set: Signal<number>;
   readonly drift: Signal<number>;
@@ -53,6 +55,7 @@ export interface SeaRouteModel {
 export interface SeaRouteActions {
   ask(): void;
   aim(objective: SeaRouteObjective): void;
+  traffic(minded: boolean): void;
   /** Reads a grid of currents; undefined for no grid. */
   currents(file: File | undefined): void;
   depart(text: string): void;
@@ -96,6 +99,7 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       <Aims model={model} act={act} />
       <Wanted label={t("Prefer deeper than (0: no preference)")} id="sea-route-deeper" unit="m" value={model.deeper} most={100} limit={12_000} step={1} then={act.ask} />
       <Wanted label={t("Prefer farther off than (0: no preference)")} id="sea-route-off" unit="m" value={model.off} most={300} limit={500} step={5} then={act.ask} />
+      <label class="row"><input id="sea-route-traffic" type="checkbox" checked={model.traffic.value} onChange={(event) => act.traffic(event.currentTarget.checked)} /> {t("Keep out of traffic lanes where the way round is short")}</label>
       <Currents model={model} act={act} />
       <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : planning(model)}</p>
       {model.long.value && (

@@ -51,7 +51,7 @@ export class SeaRouteTool {
   private chosen: PlanPlace[] = [];
   private around: Around | undefined;
   private readonly onMap: SeaRouteOnMap;
-  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), off: signal(0), set: signal(0), drift: signal(0), grid: signal(undefined), gridName: signal(""), gridWrong: signal(""), gridBusy: signal(false), depart: signal(""), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), long: signal(false), progress: signal(undefined), avoid: signal([]), slow: signal([]), limitWrong: signal(undefined), drawing: signal(undefined), around: signal("") };
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), off: signal(0), traffic: signal(true), set: signal(0), drift: signal(0), grid: signal(undefined), gridName: signal(""), gridWrong: signal(""), gridBusy: signal(false), depart: signal(""), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), long: signal(false), progress: signal(undefined), avoid: signal([]), slow: signal([]), limitWrong: signal(undefined), drawing: signal(undefined), around: signal("") };
   /** A place is under the hand. */
   private dragging = false;
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
@@ -75,6 +75,10 @@ export class SeaRouteTool {
       ask: () => this.anew(),
       aim: (objective: SeaRouteObjective) => {
         this.model.objective.value = objective;
+        this.anew();
+      },
+      traffic: (minded: boolean) => {
+        this.model.traffic.value = minded;
         this.anew();
       },
       currents: (file: File | undefined) => void this.currents(file),
@@ -299,6 +303,7 @@ export class SeaRouteTool {
       prefer_depth_m: this.model.deeper.value > this.model.depth.value ? this.model.deeper.value : null,
       prefer_off_m: this.model.off.value > this.model.clearance.value ? this.model.off.value : null,
       prefer_factor: null,
+      traffic_factor: this.model.traffic.value ? null : 1,
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
       zones: zonesOf(this.model.avoid.value, this.model.slow.value),
       current: !grid && drift.value > 0 ? { set_deg: set.value, drift_mps: drift.value } : null,

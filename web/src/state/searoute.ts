@@ -113,7 +113,19 @@ export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refu
   const { guard } = route;
   const slow = route.legs.some(({ limit_mps }) => typeof limit_mps === "number") ? [t("The route enters areas with a speed limit. Time and energy are reckoned with it; the plan has one speed for the whole path: split it, or set a speed within the limit.")] : [];
   const part = route.part_only ? [t("The charts hold so much here that only part of the water was looked at. A shorter route may lead elsewhere: add places to pass to lead it there.")] : [];
-  return [...route.moved.map(movedText), ...part, ...narrowTexts(route), ...slow, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+  return [...route.moved.map(movedText), ...part, ...narrowTexts(route), ...trafficTexts(route), ...slow, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+}
+
+/** Which legs lead through ordered traffic. */
+function trafficTexts({ legs }: SeaRoute): string[] {
+  return legs.flatMap(({ traffic }, index) => {
+    if (!traffic) return [];
+    const number = index + 1;
+    if (traffic.against) return [t("Leg {number} leads against the direction of a traffic lane.", { number })];
+    if (traffic.kind === "lane") return [t("Leg {number} leads through a traffic lane.", { number })];
+    if (traffic.kind === "deep_water") return [t("Leg {number} leads through a deep-water route.", { number })];
+    return [traffic.kind === "junction" ? t("Leg {number} leads through a junction of traffic lanes.", { number }) : t("Leg {number} leads through a traffic separation zone.", { number })];
+  });
 }
 
 /** Where the water has no room for a vessel that is off its track. */

@@ -7,15 +7,17 @@ use crate::cli::chart::{index, place};
 use crate::cli::say::{complain, say};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
+use chartdb::ChartDb;
 use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
 use planner::{
-    Cancel, End, LegCost, Moved, Narrow, Needs, Objective, Passable, PlanError, Progress, Refusal, Request,
-    Route, RouteLeg, Router,
+    Cancel, End, InTraffic, LegCost, Moved, Narrow, Needs, Objective, Passable, PlanError, Progress, Refusal,
+    Request, Route, RouteLeg, Router,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
+use shore::charts::Traffic;
 use shore::plans::{self, Format};
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -132,6 +134,7 @@ struct Terms<'a> {
     limits: GuardLimits,
     objective: Objective,
     router: Router,
+    traffic: Option<Arc<Traffic>>,
 }
 
 pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Result<()> {
@@ -155,7 +158,13 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let router = Router::new(Arc::new(index(&db)?));
     let objective = arguments.objective.read(arguments.speed)?;
     let router = router.in_zones(zones.unwrap_or_default()).by_objective(objective.clone())?;
-    let terms = Terms { arguments, limits, objective, router };
+    let traffic = if objective.traffic_factor > 1.0 {
+        let set = ChartDb::open(&db).with_context(|| db.display().to_string())?;
+        Some(Arc::new(Traffic::new(&db, set.charts()?)))
+    } else {
+        None
+    };
+    let terms = Terms { arguments, limits, objective, router, traffic };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),
         None => terms.one(format),
@@ -193,6 +202,14 @@ impl Terms<'_> {
         Needs { demand, clearance_m: clearance_m.unwrap_or_else(|| limits.half_width_m()) }
     }
 
+    /// The same, with the traffic of the chart around these places.
+    fn near(&self, places: &[LatLon]) -> anyhow::Result<Self> {
+        let traffic = self.traffic.as_ref().map_or_else(Vec::new, |traffic| traffic.near(places));
+        let objective = Objective { traffic, ..self.objective.clone() };
+        let router = self.router.by_objective(objective.clone())?;
+        Ok(Self { objective, router, traffic: self.traffic.clone(), ..*self })
+    }
+
     /// Distance to danger that leaves room for a vessel off its track (m).
     fn room_m(&self) -> f64 {
         self.limits.room_m(self.arguments.stray)
@@ -220,10 +237,21 @@ impl Terms<'_> {
         let request = self.request(from, to);
         let places: Vec<LatLon> =
             [from].into_iter().chain(arguments.via.iter().copied()).chain([to]).collect();
+        self.near(&places)?.planned(&places, (&request, &needs), format)
+    }
+
+    /// Plans one route and says it, or why there is none.
+    fn planned(
+        &self,
+        places: &[LatLon],
+        (request, needs): (&Request, &Needs),
+        format: Option<Format>,
+    ) -> anyhow::Result<()> {
+        let arguments = self.arguments;
         let began = Instant::now();
         let spent = || began.elapsed();
         let cancel = self.cancel(&spent).reporting(&report);
-        match self.router.route_by(&places, &request, &needs, &cancel) {
+        match self.router.route_by(places, request, needs, &cancel) {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
@@ -248,15 +276,15 @@ impl Terms<'_> {
                     answer["alternatives"] = others.collect();
                     say!("{answer}");
                 } else {
-                    self.print(&route, &needs);
-                    self.print_shortest(&route, &needs);
-                    self.print_alternatives(&route, &needs);
+                    self.print(&route, needs);
+                    self.print_shortest(&route, needs);
+                    self.print_alternatives(&route, needs);
                 }
                 Ok(())
             }
             Err((stretch, refusal)) => {
-                let ends = Request { from: places[stretch], to: places[stretch + 1], ..request };
-                self.refuse(&ends, &needs, &refusal, &cancel)
+                let ends = Request { from: places[stretch], to: places[stretch + 1], ..*request };
+                self.refuse(&ends, needs, &refusal, &cancel)
             }
         }
     }
@@ -342,6 +370,7 @@ impl Terms<'_> {
         let request = self.request(place("from", pair.from)?, place("to", pair.to)?);
         let needs = self.needs(pair.min_depth, pair.clearance);
         needs.validate().map_err(|error| error.to_string())?;
+        let near = self.near(&[request.from, request.to]).map_err(|error| error.to_string())?;
         let began = Instant::now();
         let spent = || began.elapsed();
         // Where the search for an earlier pair was long, the further ones gain by it. Like preparing water it is done once.
@@ -349,10 +378,10 @@ impl Terms<'_> {
         let learn_us = began.elapsed().as_micros();
         let began = Instant::now();
         let spent = || began.elapsed();
-        let answer = self.router.route(&request, &needs, &self.cancel(&spent));
+        let answer = near.router.route(&request, &needs, &self.cancel(&spent));
         let time_us = began.elapsed().as_micros();
         let mut value = match answer {
-            Ok(route) => self.described(&pair.id, &route, time_us),
+            Ok(route) => near.described(&pair.id, &route, time_us),
             Err(refusal) => refused(&pair.id, &refusal),
         };
         value["time_us"] = json!(time_us);
@@ -374,6 +403,7 @@ impl Terms<'_> {
                        "energy_wh": cost.energy_j.map(|energy_j| energy_j / 3_600.0), "min_depth_m": leg.worst.water.least_m(),
                        "limit_mps": cost.limit_mps, "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
                        "turn_deg": leg.turn.map(|turn| turn.change_rad.to_degrees()),
+                       "traffic": cost.traffic.map(traffic_words),
                        "turn_warning": turn_warning(leg)})
             })
             .collect();
@@ -441,6 +471,7 @@ impl Terms<'_> {
                 leg + 1
             );
         }
+        let costs = route.reckon(&self.objective);
         for (number, leg) in (1..).zip(&route.legs) {
             let depth =
                 leg.worst.water.least_m().map_or_else(String::new, |depth| format!("{depth:.1} m deep"));
@@ -449,6 +480,9 @@ impl Terms<'_> {
                 .map_or_else(|| "more than 5000 m".to_owned(), |clear| format!("{clear:.0} m"));
             let (lat, lon) = (leg.to.lat_deg(), leg.to.lon_deg());
             say!("{number:>4}  {lat:.6},{lon:.6}  {:>9.1} m  {depth}, clear by {clear}", leg.length_m);
+            if let Some(traffic) = costs[number - 1].traffic {
+                complain!("{number:>4}  this leg leads through {}", traffic_words(traffic));
+            }
             if let Some(warning) = turn_warning(leg) {
                 complain!("{number:>4}  the turn at the end of this leg: {warning}");
             }
@@ -456,7 +490,7 @@ impl Terms<'_> {
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
         let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
-        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
+        let speed_mps = route.speed_mps(&self.objective);
         let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
         let takes = match sum(&costs) {
             (Some(duration_s), Some(energy_wh)) => {
@@ -500,6 +534,11 @@ fn report(Progress { tiles, most_tiles }: Progress) {
     if tiles.is_multiple_of(TILES_BETWEEN_REPORTS) {
         complain!("searched {tiles} tiles of the chart, of {most_tiles} at most");
     }
+}
+
+/// What ordered traffic a leg meets.
+fn traffic_words(InTraffic { kind, against }: InTraffic) -> String {
+    format!("{}{}", kind.words(), if against { ", against its direction" } else { "" })
 }
 
 /// Why the turn at the end of a leg cannot be sailed as asked.
@@ -649,7 +688,8 @@ mod tests {
         ];
         let Line { arguments } = Line::parse_from(line.into_iter().chain(["--give-up-after", "5"]));
         let objective = arguments.objective.read(arguments.speed).unwrap();
-        let terms = Terms { arguments: &arguments, limits: GuardLimits::default(), objective, router };
+        let terms =
+            Terms { arguments: &arguments, limits: GuardLimits::default(), objective, router, traffic: None };
         let (needs, ends) =
             (terms.needs(None, None), terms.request(arguments.from.unwrap(), arguments.to.unwrap()));
         let refusal = terms.router.route(&ends, &needs, &Cancel::never()).unwrap_err();
@@ -657,7 +697,8 @@ mod tests {
             let spent = || Duration::from_secs(spent_s);
             terms.refuse(&ends, &needs, &refusal, &terms.cancel(&spent)).unwrap_err().to_string()
         };
-        assert!(text(5).contains("; there is one with --clearance "), "{}", text(5));
-        assert!(text(6).ends_with(NOT_LOOKED_TO_THE_END), "{}", text(6));
+        let (in_time, late) = (text(5), text(6));
+        assert!(in_time.contains("; there is one with --clearance "), "{in_time}");
+        assert!(late.ends_with(NOT_LOOKED_TO_THE_END), "{late}");
     }
 }
