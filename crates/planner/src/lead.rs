@@ -66,14 +66,21 @@ impl PartialOrd for Next {
     }
 }
 
-/// Middles of squares along which a way from one end to the other may lead, within a region, between the lines that close it to
+/// A way that may lead from one end to the other.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Lead {
+    /// Middles of the squares along it, from the first end to the second, each with whether it is open for sure.
+    pub(crate) squares: Vec<(Point, bool)>,
+}
+
+/// Squares along which a way from one end to the other may lead, within a region, between the lines that close it to
 /// a vessel that needs so much depth (m); `None` if there are none, or too many to look at.
 pub(crate) fn lead(
     walls: &Walls,
     region: Region,
     (ends, reach, depth_m): ([Point; 2], Reach, f64),
     cancel: &Cancel<'_>,
-) -> Result<Option<Vec<Point>>, PlanError> {
+) -> Result<Option<Lead>, PlanError> {
     let size_m = (reach.chart_m / SQUARES).max(LEAST_SQUARE_M);
     let apart_m = ends[0].distance_m(ends[1]);
     if apart_m / size_m > MOST_SQUARES as f64 / 8.0 {
@@ -88,7 +95,7 @@ pub(crate) fn lead(
 }
 
 impl Squares<'_> {
-    fn way(&self, [from, to]: [Point; 2], cancel: &Cancel<'_>) -> Result<Option<Vec<Point>>, PlanError> {
+    fn way(&self, [from, to]: [Point; 2], cancel: &Cancel<'_>) -> Result<Option<Lead>, PlanError> {
         let (start, goal) = (self.square(from), self.square(to));
         let left_m = |square: Square| GREEDY * self.middle(square).distance_m(self.middle(goal));
         let mut reached = HashMap::from([(start, Reached { so_far_m: 0.0, before: start, done: false })]);
@@ -98,7 +105,7 @@ impl Squares<'_> {
         let mut looks = 0;
         while let Some(Next { square, .. }) = open.pop() {
             if square == goal {
-                return Ok(Some(self.traced(&reached, goal)));
+                return Ok(Some(self.traced(&reached, &factors, goal)));
             }
             let Some(here) = reached.get_mut(&square).filter(|here| !here.done) else { continue };
             here.done = true;
@@ -133,14 +140,24 @@ impl Squares<'_> {
         Ok(None)
     }
 
-    fn traced(&self, reached: &HashMap<Square, Reached>, goal: Square) -> Vec<Point> {
-        let mut way = vec![self.middle(goal)];
+    fn traced(
+        &self,
+        reached: &HashMap<Square, Reached>,
+        factors: &HashMap<Square, f64>,
+        goal: Square,
+    ) -> Lead {
+        let told = |square: Square| {
+            let is_open = factors.get(&square).is_some_and(|factor| *factor <= 1.0);
+            (self.middle(square), is_open)
+        };
+        let mut squares = vec![told(goal)];
         let mut square = goal;
         while let Some(Reached { before, .. }) = reached.get(&square).filter(|here| here.before != square) {
             square = *before;
-            way.push(self.middle(square));
+            squares.push(told(square));
         }
-        way
+        squares.reverse();
+        Lead { squares }
     }
 
     /// The eight squares around one that lie in the region, and how far they are (m).
@@ -215,14 +232,15 @@ mod tests {
             let reach = Reach { chart_m, zone_m: 0.0 };
             lead(&walls, walls.region(), (ends, reach, depth_m), &Cancel::never()).unwrap()
         };
-        let way = ask(100.0, 3.0).unwrap();
-        assert!(way[0].distance_m(ends[1]) < 50.0 && way[way.len() - 1].distance_m(ends[0]) < 50.0);
-        let across: Vec<&Point> = way.iter().filter(|at| at.x.abs() < 30.0).collect();
-        assert!(
-            !across.is_empty() && across.iter().all(|at| (1_060.0..1_440.0).contains(&at.y)),
-            "{across:?}"
-        );
-        assert!(way.windows(2).all(|pair| pair[0].distance_m(pair[1]) < 75.0), "no step is left out");
+        let Lead { squares } = ask(100.0, 3.0).unwrap();
+        let last = squares[squares.len() - 1].0;
+        assert!(squares[0].0.distance_m(ends[0]) < 50.0 && last.distance_m(ends[1]) < 50.0);
+        let across: Vec<&(Point, bool)> = squares.iter().filter(|(at, _)| at.x.abs() < 30.0).collect();
+        assert!(!across.is_empty());
+        for (at, is_open) in across {
+            assert!((1_060.0..1_440.0).contains(&at.y) && (!is_open || (1_135.0..1_365.0).contains(&at.y)));
+        }
+        assert!(squares.windows(2).all(|pair| pair[0].0.distance_m(pair[1].0) < 75.0), "no step is left out");
         assert_eq!(ask(500.0, 3.0), None, "too narrow");
         assert_eq!(ask(100.0, 3.1), None, "not deep enough");
         let called_off = lead(

@@ -305,9 +305,9 @@ pub(crate) fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
     let mut spans = vec![(0, last)];
     while let Some((from, to)) = spans.pop() {
         let far =
-            (from + 1..to).map(|at| (line[at].distance_m(line[at].nearest_on(line[from], line[to])), at));
-        let Some((off_m, at)) = far.max_by(|one, other| one.0.total_cmp(&other.0)) else { continue };
-        if off_m > tolerance_m {
+            (from + 1..to).map(|at| (line[at].square_m2(line[at].nearest_on(line[from], line[to])), at));
+        let Some((off_m2, at)) = far.max_by(|one, other| one.0.total_cmp(&other.0)) else { continue };
+        if off_m2 > tolerance_m * tolerance_m {
             kept[at] = true;
             spans.extend([(from, at), (at, to)]);
         }

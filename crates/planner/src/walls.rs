@@ -145,7 +145,7 @@ impl Walls {
         while parted(open)? {
             if open.chart_m <= LEAST_COARSE * off_m || open == least {
                 // What is narrower is told by these walls alone; where no clearance gives a way, that is soon said.
-                let shut = Gap { reach_m: 0.0, width_m: 0.0, at: ends[0] };
+                let shut = Gap::shut(ends[0]);
                 return match self.parted_below_m(ends, least, cancel)? {
                     Some(_) => Ok(Some(shut)),
                     None => self.narrowest(ends, least, most, cancel),
@@ -183,7 +183,7 @@ impl Walls {
         let (mut open, mut closed) = (at(HALF * most.chart_m), most);
         while parted(open)? {
             if open == least {
-                return Ok(Some(Gap { reach_m: 0.0, width_m: 0.0, at: ends[0] }));
+                return Ok(Some(Gap::shut(ends[0])));
             }
             (open, closed) = (at(HALF * open.chart_m), open);
         }
@@ -249,7 +249,7 @@ mod tests {
             .unwrap()
             .unwrap();
         assert!((gap.reach_m - 30.0).abs() < 1e-3 && (gap.width_m - 60.0).abs() < 1e-9, "{gap:?}");
-        assert!(gap.at.distance_m(Point::default()) < 1e-6, "{gap:?}");
+        assert!(gap.middle().distance_m(Point::default()) < 1e-6, "{gap:?}");
         assert_eq!(
             shallow.widest_gap((&shallow, 0.0), ENDS, (reach(0.5), reach(29.0)), &Cancel::never()).unwrap(),
             None
