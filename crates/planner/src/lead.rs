@@ -12,7 +12,7 @@ use crate::side::{Reach, Side};
 use crate::walls::Walls;
 use crate::{Cancel, PlanError};
 use std::collections::BinaryHeap;
-use std::collections::hash_map::{Entry, HashMap};
+use std::collections::btree_map::{BTreeMap, Entry};
 
 /// Squares to a reach: closed ones along a line are wide enough then that no step passes between them.
 const SQUARES: f64 = 2.0;
@@ -98,10 +98,10 @@ impl Squares<'_> {
     fn way(&self, [from, to]: [Point; 2], cancel: &Cancel<'_>) -> Result<Option<Lead>, PlanError> {
         let (start, goal) = (self.square(from), self.square(to));
         let left_m = |square: Square| GREEDY * self.middle(square).distance_m(self.middle(goal));
-        let mut reached = HashMap::from([(start, Reached { so_far_m: 0.0, before: start, done: false })]);
+        let mut reached = BTreeMap::from([(start, Reached { so_far_m: 0.0, before: start, done: false })]);
         let mut open = BinaryHeap::from([Next { whole_m: left_m(start), square: start }]);
         // What each square counts; no number where it is closed.
-        let mut factors: HashMap<Square, f64> = HashMap::new();
+        let mut factors: BTreeMap<Square, f64> = BTreeMap::new();
         let mut looks = 0;
         while let Some(Next { square, .. }) = open.pop() {
             if square == goal {
@@ -142,8 +142,8 @@ impl Squares<'_> {
 
     fn traced(
         &self,
-        reached: &HashMap<Square, Reached>,
-        factors: &HashMap<Square, f64>,
+        reached: &BTreeMap<Square, Reached>,
+        factors: &BTreeMap<Square, f64>,
         goal: Square,
     ) -> Lead {
         let told = |square: Square| {

@@ -81,7 +81,9 @@ impl Traffic {
 
 fn around(places: &[LatLon]) -> Box4 {
     let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-    places.iter().for_each(|place| add(&mut bounds, place.lat_deg(), place.lon_deg()));
+    for place in places {
+        add(&mut bounds, place.lat_deg(), place.lon_deg());
+    }
     let more = |size_deg: f64| (AROUND * size_deg).max(LEAST_AROUND_DEG);
     // As far to both sides as to the north: lanes are as likely there.
     let more_deg = more((bounds[2] - bounds[0]).max(bounds[3] - bounds[1]));
@@ -114,7 +116,9 @@ fn areas(feature: &Feature) -> Vec<(TrafficArea, Box4)> {
         .map(f64::to_radians);
     let of_ring = |points: &[GeoPoint]| {
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        points.iter().for_each(|at| add(&mut bounds, at.lat_deg, at.lon_deg));
+        for at in points {
+            add(&mut bounds, at.lat_deg, at.lon_deg);
+        }
         let corners: Vec<LatLon> =
             points.iter().filter_map(|at| LatLon::from_deg(at.lat_deg, at.lon_deg).ok()).collect();
         let is_closed = corners.len() > 1 && corners.first() == corners.last();

@@ -4,7 +4,6 @@ use super::objective::{MOST_CROSSINGS, grid};
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{Said, SeaRouteCurrentGrid, say};
 use geofile::currents::{self, COLUMNS, CurrentField, CurrentsError, LineTrouble};
-use units::UtcTime;
 
 /// Currents are given in so many parts of a m/s: a question takes less room then.
 const PARTS: f64 = 10_000.0;

@@ -304,7 +304,7 @@ impl Terms<'_> {
                     would_do_words = would_do_text(&found);
                     passable = Some(found);
                 }
-                Err(PlanError::OutOfTime) => would_do_words = NOT_LOOKED_TO_THE_END.to_owned(),
+                Err(PlanError::OutOfTime) => NOT_LOOKED_TO_THE_END.clone_into(&mut would_do_words),
                 Err(error) => return Err(error.into()),
             }
         }
