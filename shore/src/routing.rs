@@ -3,30 +3,35 @@
 //! Planning takes a processor for some milliseconds, for up to a second where water must be prepared first, and for tens of seconds or
 //! minutes where a way is long. So requests have turns, and planning ends when the client goes away.
 
-mod turns;
-
+mod currents;
 mod objective;
+mod progress;
+mod turns;
 mod wrong;
 
+pub use currents::currents_of_file;
 pub use objective::{aimed, power};
 
-use crate::charts::Set;
 use crate::charts::verdict::reason;
+use crate::charts::{Charts, Set};
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{
     Said, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteGaveUp, SeaRouteLeg, SeaRouteMoved,
-    SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Wording, say,
+    SeaRouteNarrow, SeaRoutePassable, SeaRouteProgress, SeaRouteRefusal, SeaRouteRequest, SeaRouteTraffic,
+    SeaRouteZone, SeaRouteZoneKind, Wording, say,
 };
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
 use planner::{
-    Cancel, End, LegCost, Moved, Needs, Objective, Passable, PlanError, Refusal, Request, Route, RouteLeg,
-    Router, Spent, Zone, Zones,
+    Cancel, End, InTraffic, LegCost, Moved, Narrow, Needs, Objective, Passable, PlanError, Progress, Refusal,
+    Request, Route, RouteLeg, Router, Spent, TrafficKind, Zone, Zones,
 };
+use progress::{Asked, UnderWay};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use tokio_util::sync::CancellationToken;
 use turns::Turns;
 use units::{LatLon, LocalFrame, LocalPoint, UtcTime, wrap_two_pi};
 
@@ -42,16 +47,22 @@ const ALTERNATIVES: u8 = 3;
 /// Farthest that a request may ask to keep clear (m): what is cut out grows with it, and so does the time that takes.
 const MOST_CLEARANCE_M: f64 = 500.0;
 
+/// How far an Otter may be off its track before its path monitor ends the plan (m), where a request does not say so, and the
+/// most that one may say.
+pub const STRAY_M: f64 = 25.0;
+const MOST_STRAY_M: f64 = 500.0;
+
 /// For so long a route is looked for: the longest ways of a coast take half of it the first time.
 const MOST_TIME: Duration = Duration::from_secs(90);
 
-/// Longest that the water of a long search is learned.
-const LEARNING: Duration = Duration::from_secs(30);
+/// Longest that the server works ahead of the next route at a time.
+const SPARE: Duration = Duration::from_secs(30);
 
 /// Plans routes; cheap to clone.
 #[derive(Clone, Default)]
 pub struct Routing {
     turns: Turns,
+    under_way: UnderWay,
 }
 
 /// Says, when it is dropped, that the client has gone.
@@ -77,48 +88,79 @@ impl Routing {
         now: UtcTime,
     ) -> Result<SeaRouteAnswer> {
         let question = Question::new(&ask, limits, now)?;
+        let asked = Arc::new(self.under_way.begin(ask.progress.as_deref())?);
         // It may hold a large grid, and waiting may take long.
         drop(ask);
         let question = Arc::new(question);
         let is_long = question.is_long(&set);
-        let answer = self.plan(Arc::clone(&set), Arc::clone(&question), is_long).await?;
+        let answer = self.plan(Arc::clone(&set), (Arc::clone(&question), &asked), is_long).await?;
         // Ends near each other may be joined by a long way only: that is looked for in a turn of its own.
         if !is_long && answer.refusal.as_ref().is_some_and(|refusal| refusal.code == NOT_FOUND) {
-            return self.plan(set, question, true).await;
+            return self.plan(set, (question, &asked), true).await;
         }
         Ok(answer)
     }
 
-    async fn plan(&self, set: Arc<Set>, question: Arc<Question>, is_long: bool) -> Result<SeaRouteAnswer> {
+    /// How far the question that has this name has come ([`SeaRouteRequest::progress`]).
+    ///
+    /// # Errors
+    /// No question of this name is worked on.
+    pub fn progress(&self, name: &str) -> Result<SeaRouteProgress> {
+        self.under_way.of(name)
+    }
+
+    async fn plan(
+        &self,
+        set: Arc<Set>,
+        (question, asked): (Arc<Question>, &Arc<Asked>),
+        is_long: bool,
+    ) -> Result<SeaRouteAnswer> {
         let taken = self.turns.take(is_long).await?;
+        asked.begun();
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
         // After its client has gone, a planner runs for another moment: until then its turn is taken.
-        let asked = Arc::clone(&set);
+        let (its_set, asked) = (Arc::clone(&set), Arc::clone(asked));
         let answer = slow(move || {
             let _taken = taken;
-            question.answer(&asked, &|| wanted.load(Ordering::Relaxed), is_long)
+            let (wanted, report) =
+                (|| wanted.load(Ordering::Relaxed), |progress: Progress| asked.report(progress));
+            question.answer(&its_set, &Cancel::unless(&wanted).reporting(&report), is_long)
         })
         .await;
-        self.learn(set);
+        self.use_spare_time(set);
         answer
     }
 
-    /// Makes the next routes quicker where a search was long, while no route is asked for.
-    fn learn(&self, set: Arc<Set>) {
-        if let Some(spare) = self.turns.spare() {
-            // Called off, it is tried again after the next route.
-            tokio::task::spawn_blocking(move || {
-                let began = Instant::now();
-                let (is_spare, spent) = (|| spare.is_spare(), || began.elapsed());
-                match set.router.learn(&Cancel::unless(&is_spare).within(LEARNING, &spent)) {
-                    Ok(_) | Err(PlanError::Cancelled) => {}
-                    Err(error) => {
-                        tracing::warn!("routes: the water of a long search was not learned: {error}");
-                    }
+    /// Prepares water again whenever another set is in force from now on, until the server ends.
+    pub fn keep_prepared(self, charts: Charts, stop: CancellationToken) -> impl Future<Output = ()> + Send {
+        let mut changes = charts.changes();
+        async move {
+            while matches!(stop.run_until_cancelled(changes.changed()).await, Some(Ok(()))) {
+                if let Some(set) = charts.set() {
+                    self.use_spare_time(set);
                 }
-            });
+            }
         }
+    }
+
+    /// Makes the next routes quicker, while no route is asked for: prepares the water that was asked for before the chart
+    /// changed, and learns where a search was long.
+    fn use_spare_time(&self, set: Arc<Set>) {
+        let Some(spare) = self.turns.spare() else { return };
+        // Called off, it goes on after the next route.
+        tokio::task::spawn_blocking(move || {
+            let began = Instant::now();
+            let (is_spare, spent) = (|| spare.is_spare(), || began.elapsed());
+            let cancel = Cancel::unless(&is_spare).within(SPARE, &spent);
+            let done = set.prepare_water(&cancel).and_then(|()| set.router.learn(&cancel));
+            match done {
+                Ok(_) | Err(PlanError::Cancelled) => {}
+                Err(error) => {
+                    tracing::warn!("routes: the water was not made ready before the next route: {error}");
+                }
+            }
+        });
     }
 }
 
@@ -130,6 +172,7 @@ pub struct Question {
     limits: GuardLimits,
     zones: Option<Zones>,
     objective: Objective,
+    stray_m: f64,
     explain: bool,
 }
 
@@ -174,8 +217,13 @@ impl Question {
         let alternatives = usize::from(ask.alternatives);
         let request = Request { turn_radius_m: ask.turn_radius_m, alternatives, ..ends };
         request.validate().map_err(|error| malformed(wrong::needs(error)))?;
+        let stray_m = ask.stray_m.unwrap_or(STRAY_M);
+        if !(0.0..=MOST_STRAY_M).contains(&stray_m) {
+            let text = say("stray_m: {asked} is not within 0 to {most} m");
+            return Err(malformed(text.with("asked", stray_m).with("most", MOST_STRAY_M)));
+        }
         let explain = ask.explain;
-        Ok(Self { places, needs, request, limits, zones, objective, explain })
+        Ok(Self { places, needs, request, limits, zones, objective, stray_m, explain })
     }
 
     /// Whether planning can take tens of seconds.
@@ -183,26 +231,28 @@ impl Question {
         set.router.is_long(&self.places, &self.needs)
     }
 
-    /// Plans; `wanted` says whether the client still waits, and `is_long` whether a long way may be looked for.
-    pub fn answer(&self, set: &Set, wanted: &dyn Fn() -> bool, is_long: bool) -> SeaRouteAnswer {
+    /// Plans; `cancel` says whether the client still waits, and `is_long` whether a long way may be looked for.
+    fn answer(&self, set: &Set, cancel: &Cancel<'_>, is_long: bool) -> SeaRouteAnswer {
         let began = Instant::now();
         let spent = || began.elapsed();
-        let cancel = Cancel::unless(wanted).within(MOST_TIME, &spent);
+        let cancel = cancel.within(MOST_TIME, &spent);
         let request = self.request;
         let zoned = self.zones.clone().map(|zones| set.router.in_zones(zones));
         let router = zoned.as_ref().unwrap_or(&set.router);
         let short = (!is_long).then(|| router.without_long());
         let router = short.as_ref().unwrap_or(router);
         // Out of range it would have been refused.
-        let weighing = router.by_objective(self.objective.clone()).ok();
+        let objective = self.objective_in(set);
+        let weighing = router.by_objective(objective.clone()).ok();
         let planned =
             weighing.as_ref().unwrap_or(router).route_by(&self.places, &request, &self.needs, &cancel);
         let (mut alternatives, mut shortest) = (Vec::new(), None);
         let (route, refusal) = match planned {
             Ok(route) => {
-                shortest = route.shortest.as_ref().map(|shortest| self.described(shortest, set));
-                alternatives.extend(route.alternatives.iter().map(|other| self.described(other, set)));
-                (Some(self.described(&route, set)), None)
+                let described = |route: &Route| self.described(route, set, &objective);
+                shortest = route.shortest.as_deref().map(described);
+                alternatives.extend(route.alternatives.iter().map(described));
+                (Some(described(&route)), None)
             }
             Err((stretch, refusal)) => {
                 let mut refused = refused(stretch, &refusal);
@@ -226,8 +276,16 @@ impl Question {
     }
 
     fn explain(&self, router: &Router, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
-        // Cancelled: the client has gone.
-        let Ok(mut passable) = router.passable(ends, &self.needs, cancel) else { return };
+        let mut passable = match router.passable(ends, &self.needs, cancel) {
+            Ok(passable) => passable,
+            Err(PlanError::OutOfTime) => {
+                let text = "Smaller depths and clearances were not looked for to the end: the time for planning is used up.";
+                refused.text = format!("{} {text}", refused.text);
+                return;
+            }
+            // Cancelled: the client has gone.
+            Err(_) => return,
+        };
         if passable.not_looked {
             let text = "Smaller depths and clearances were not looked for: the charts around are too detailed for that.";
             refused.text = format!("{} {text}", refused.text);
@@ -250,7 +308,21 @@ impl Question {
         });
     }
 
-    fn described(&self, route: &Route, set: &Set) -> SeaRoute {
+    /// Where the water has no room for a vessel that is off its track.
+    fn narrow(&self, route: &Route) -> Option<SeaRouteNarrow> {
+        let needed_m = self.limits.room_m(self.stray_m);
+        let Narrow { leg, least_m, legs, length_m } = route.narrow(needed_m)?;
+        Some(SeaRouteNarrow { needed_m, leg, least_m, legs, length_m })
+    }
+
+    /// The objective, with the traffic of a chart set where it is minded.
+    fn objective_in(&self, set: &Set) -> Objective {
+        let minded = self.objective.traffic_factor > 1.0;
+        let traffic = if minded { set.traffic.near(&self.places) } else { Vec::new() };
+        Objective { traffic, ..self.objective.clone() }
+    }
+
+    fn described(&self, route: &Route, set: &Set, objective: &Objective) -> SeaRoute {
         let dangers =
             route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
         let guard = dangers.zip(0..).find_map(|(check, number)| reason(&LegCheck { number, ..check }));
@@ -258,7 +330,7 @@ impl Question {
         let start = route.moved_start.map(|moved| (End::Start, moved));
         let goal = route.moved_goal.map(|moved| (End::Goal, moved));
         let moved = start.into_iter().chain(via).chain(goal);
-        let costs = route.reckon(&self.objective);
+        let costs = route.reckon(objective);
         let current_unknown_m = costs.iter().map(|cost| cost.unknown_m).sum();
         let current_too_strong = costs.iter().any(|cost| cost.too_strong);
         let legs: Vec<SeaRouteLeg> =
@@ -266,7 +338,7 @@ impl Question {
         SeaRoute {
             points: route.places().map(degrees).collect(),
             length_m: route.length_m,
-            speed_mps: route.speed_mps(&self.objective),
+            speed_mps: route.speed_mps(objective),
             current_unknown_m,
             current_too_strong,
             duration_s: legs.iter().map(|leg| leg.duration_s).sum(),
@@ -277,6 +349,7 @@ impl Question {
             moved: moved.map(described_move).collect(),
             guarded: guard.is_none(),
             guard,
+            narrow: self.narrow(route),
             part_only: route.of_part,
         }
     }
@@ -288,11 +361,24 @@ fn described_leg(leg: &RouteLeg, cost: LegCost) -> SeaRouteLeg {
         course_deg: course_rad(leg).to_degrees(),
         duration_s: cost.duration_s,
         limit_mps: cost.limit_mps,
+        traffic: cost.traffic.map(|InTraffic { kind, against }| SeaRouteTraffic {
+            kind: traffic_code(kind).to_owned(),
+            against,
+        }),
         energy_wh: cost.energy_j.map(|energy_j| energy_j / 3_600.0),
         least_depth_m: leg.worst.water.least_m(),
         least_depth_at: degrees(leg.worst.at),
         clearance_m: leg.clearance_m,
         turn_text: leg.turn.and_then(|turn| turn.trouble).map(|trouble| sentence(&trouble.to_string())),
+    }
+}
+
+fn traffic_code(kind: TrafficKind) -> &'static str {
+    match kind {
+        TrafficKind::Lane => "lane",
+        TrafficKind::SeparationZone => "separation_zone",
+        TrafficKind::Junction => "junction",
+        TrafficKind::DeepWater => "deep_water",
     }
 }
 

@@ -179,6 +179,7 @@ impl Running {
             alarms,
             areas,
             charts,
+            routing,
             links,
             notices,
             recorder,
@@ -190,6 +191,7 @@ impl Running {
         } = &*self.shore;
         people.keep(owners, tasks, stop);
         tasks.spawn(charts.clone().keep(stop.clone()));
+        tasks.spawn(routing.clone().keep_prepared(charts.clone(), stop.clone()));
         tasks.spawn(areas.clone().keep(stop.clone()));
         if let Some(sinks) = self.sinks.take() {
             sinks.run(tasks, stop);

@@ -1,6 +1,7 @@
 // Routes on the demonstration's chart: a refused leg is sailed around, a route is drawn and pulled, and a vessel is sent
 // behind an island: node routes.mjs URL PASSWORD VESSEL.
 
+import { fileURLToPath } from "node:url";
 import { check, fits, inBrowser, logIn, look, until } from "./browser.mjs";
 
 const [url, password, vessel] = process.argv.slice(2);
@@ -125,6 +126,31 @@ await inBrowser(async (open) => {
   await lengthAfter(({ objective }) => objective === "least_energy", () => best.selectOption("least_energy"));
   await panel.getByText(/Wh from the batteries at 0\.\d\d m\/s/).waitFor();
   await lengthAfter(({ objective }) => objective === "shortest", () => best.selectOption("shortest"));
+
+  // A current from a file, read by the server: what is wrong is said at the field, and a good one is asked for until it is taken away.
+  const current = panel.getByLabel("Current from a file (CSV, NetCDF) …");
+  await current.setInputFiles({ name: "tide.csv", mimeType: "text/csv", buffer: Buffer.from("time,lat,lon,u,v\n") });
+  await panel.locator("#sea-route-currents-wrong").getByText("Line 1: there is no column east_mps. Begin the file with time,lat,lon,east_mps,north_mps.").waitFor();
+  check((await current.getAttribute("aria-invalid")) === "true", "the field says that it is wrong");
+  await look(page, "route-current-refused");
+  const netcdf = fileURLToPath(new URL("../../fuzz/seeds/geofile/currents.nc", import.meta.url));
+  await lengthAfter(({ current_grid }) => current_grid?.lats_deg.length > 1, () => current.setInputFiles(netcdf));
+  await panel.getByText("currents.nc").waitFor();
+  check((await panel.locator("#sea-route-currents-wrong").count()) === 0, "nothing is wrong any more");
+  await lengthAfter(({ current_grid }) => current_grid === null, () => panel.getByRole("button", { name: "Without this current" }).click());
+
+  // A question that takes long says how far it has come and can be left. It is held back here, and what the server says of it is made up.
+  const left = page.waitForEvent("requestfailed", (request) => request.url().endsWith("/chart/route"));
+  await page.route("**/api/v1/chart/route", () => {});
+  await page.route("**/api/v1/chart/route/*", (held) => held.fulfill({ json: { waiting: false, tiles: 140, most_tiles: 2000, spent_s: 4, most_s: 90 } }));
+  await keep(20)();
+  await panel.getByText("Searched 140 tiles of the chart, of 2000 at most: 4 s").waitFor();
+  await look(page, "route-long");
+  await panel.getByRole("button", { name: "Stop planning" }).click();
+  await left;
+  await panel.getByRole("button", { name: "Stop planning" }).waitFor({ state: "hidden" });
+  for (const held of ["**/api/v1/chart/route", "**/api/v1/chart/route/*"]) await page.unroute(held);
+  await lengthAfter(({ clearance_m }) => clearance_m === 15, keep(15));
   const onMap = (x, y) => page.mouse.click(box.x + box.width * x, box.y + box.height * y);
   await panel.getByRole("button", { name: "Draw an area" }).click();
   for (const [x, y] of [[0.55, 0.25], [0.7, 0.75], [0.7, 0.25], [0.55, 0.75]]) await onMap(x, y);

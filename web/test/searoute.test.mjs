@@ -2,14 +2,13 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { join } from "node:path";
 import { load } from "../testing/bundled.mjs";
 
-const { canGoAround, energyOf, placesOfRoute, remarks, routeName, keptSpeedText, routesOf, routeText, savedText, speedFor, stretchAt, withRoute, withWayAround } = await load("state/searoute");
+const { canGoAround, energyOf, placesOfRoute, progressText, remarks, routeName, keptSpeedText, routesOf, routeText, savedText, speedFor, stretchAt, withRoute, withWayAround } = await load("state/searoute");
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
-const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, energy_wh: 120, speed_mps: 1.5, current_unknown_m: 0, current_too_strong: false, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, part_only: false, ...more });
+const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, energy_wh: 120, speed_mps: 1.5, current_unknown_m: 0, current_too_strong: false, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, narrow: null, part_only: false, ...more });
 const found = route([[63, 10], [63.1, 10.1], [63.2, 10.1], [63.3, 10]]);
 const goto = (id, lat, lon) => ({ id, speed, task: { kind: "goto", at: at(lat, lon) } });
 const plan = (...maneuvers) => ({ name: "p", description: "", vessel: null, repeat: false, maneuvers });
@@ -19,6 +18,24 @@ const ENDS = { from: { lat_deg: 63, lon_deg: 10 }, to: { lat_deg: 64, lon_deg: 1
 test("a route is told in a line, with what is least", () => {
   assert.equal(routeText(found), "2865 m · 32 min · least depth 5.0 m · clear by 18 m");
   assert.equal(routeText(route([[63, 10], [63.3, 10]], { length_m: 81_770, duration_s: 54_513, least_depth_m: null, least_clearance_m: null })), "81.8 km · 15 h 9 min · clear by more than 5 km");
+});
+
+test("where there is no room for a vessel off its track is told", () => {
+  assert.deepEqual(remarks({ route: found, refusal: null }), []);
+  const [text] = remarks({ route: { ...found, narrow: { needed_m: 29.2, leg: 1, least_m: 18.4, legs: 2, length_m: 900 } }, refusal: null });
+  assert.match(text, /^On 2 legs danger is nearer than the 29 m .*: 18 m from leg 2\. /);
+});
+
+test("legs in ordered traffic are named", () => {
+  const legs = [{ traffic: null }, { traffic: { kind: "lane", against: false } }, { traffic: { kind: "lane", against: true } }, { traffic: { kind: "separation_zone", against: false } }];
+  assert.deepEqual(remarks({ route: { ...found, legs }, refusal: null }), ["Leg 2 leads through a traffic lane.", "Leg 3 leads against the direction of a traffic lane.", "Leg 4 leads through a traffic separation zone."]);
+});
+
+test("how far a long route has come is told by what was searched, not by what is left", () => {
+  const of = (more) => progressText({ waiting: false, tiles: 0, most_tiles: 0, spent_s: 12.4, most_s: 90, ...more });
+  assert.equal(of({ waiting: true }), "Waiting for other routes: 12 s");
+  assert.equal(of({}), "Preparing the water: 12 s");
+  assert.equal(of({ tiles: 140, most_tiles: 2000 }), "Searched 140 tiles of the chart, of 2000 at most: 12 s");
 });
 
 test("routes to choose from are the shortest first, and say by how much they are longer", () => {

@@ -92,8 +92,8 @@ pub use register::{
 };
 pub use routing::{
     SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid, SeaRouteGaveUp,
-    SeaRouteLeg, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest,
-    SeaRouteZone, SeaRouteZoneKind,
+    SeaRouteLeg, SeaRouteMoved, SeaRouteNarrow, SeaRouteObjective, SeaRoutePassable, SeaRouteProgress,
+    SeaRouteRefusal, SeaRouteRequest, SeaRouteTraffic, SeaRouteZone, SeaRouteZoneKind,
 };
 pub use said::{Fixed, Said, Wording, fixed, say};
 pub use samples::{

@@ -24,6 +24,10 @@ pub struct SeaRouteRequest {
     /// null where it is not known.
     #[serde(default)]
     pub turn_radius_m: Option<f64>,
+    /// How far the vessel may be off its track before its path monitor ends the plan (m), 0 to 500: the route says where danger
+    /// is nearer than that. Null for 25, as the Otters have it.
+    #[serde(default)]
+    pub stray_m: Option<f64>,
     /// What the route is good for.
     #[serde(default)]
     pub objective: SeaRouteObjective,
@@ -38,6 +42,11 @@ pub struct SeaRouteRequest {
     /// How many times as much such water costs, 1 to 100; null for 3. In water that is both, the two surcharges add.
     #[serde(default)]
     pub prefer_factor: Option<f64>,
+    /// How many times as much a metre costs in traffic lanes, separation zones and deep-water routes of the chart, 1 to 100; the
+    /// surcharge is twice as large straight against the direction of a lane. The route keeps out of them where the way round is
+    /// not far. 1 does not mind them; null for 3.
+    #[serde(default)]
+    pub traffic_factor: Option<f64>,
     /// Speed through the water that time and energy are reckoned with (m/s); null for 1.5. For the least energy the greatest
     /// one.
     #[serde(default)]
@@ -64,6 +73,26 @@ pub struct SeaRouteRequest {
     /// seconds.
     #[serde(default)]
     pub explain: bool,
+    /// A name for this question, 8 to 64 letters, digits and hyphens that no other question has: as long as it is worked on,
+    /// `GET /api/v1/chart/route/{name}` says how far it has come. Null for none.
+    #[serde(default)]
+    pub progress: Option<String>,
+}
+
+/// How far a question for a route has come.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteProgress {
+    /// Other routes are planned before it.
+    pub waiting: bool,
+    /// Tiles of the chart that were searched for it; 0 as long as it is not known to be a long way.
+    pub tiles: usize,
+    /// The search stops after so many; 0 as long as it is not known to be a long way. Most ways are found long before.
+    pub most_tiles: usize,
+    /// Time since it was asked (s).
+    pub spent_s: f64,
+    /// Planning stops after so long (s), without the time that it waited.
+    pub most_s: f64,
 }
 
 /// What a route is good for.
@@ -189,9 +218,37 @@ pub struct SeaRoute {
     pub guarded: bool,
     /// The first leg that it refuses, by its number, and why; null where it refuses none.
     pub guard: Option<GuardReason>,
+    /// Legs where danger is nearer than the vessel may be off its track; null where there is room everywhere.
+    pub narrow: Option<SeaRouteNarrow>,
     /// Whether only part of the water was looked at in full, as the charts hold too much of it: other water may hold a shorter
     /// route. Its legs are checked like those of any route.
     pub part_only: bool,
+}
+
+/// Ordered traffic on a leg.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteTraffic {
+    /// `lane`, `separation_zone`, `junction` or `deep_water`.
+    pub kind: String,
+    /// Whether the leg leads against the direction of the lane.
+    pub against: bool,
+}
+
+/// Legs of a route on which danger is nearer than the vessel may be off its track before its path monitor ends the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteNarrow {
+    /// Distance that leaves room (m): how far the vessel may be off its track, its hull, and the uncertainty of its position.
+    pub needed_m: f64,
+    /// The narrowest leg, by its number from 0.
+    pub leg: usize,
+    /// Its distance to the nearest danger, land or shallow water (m).
+    pub least_m: f64,
+    /// How many legs they are.
+    pub legs: usize,
+    /// How long they are together (m).
+    pub length_m: f64,
 }
 
 /// A leg of a route.
@@ -207,6 +264,8 @@ pub struct SeaRouteLeg {
     /// The slowest speed limit (m/s) of the areas that the leg enters or touches, where it is slower than the route's speed;
     /// null where no limit is. A plan with one speed for the route does not keep it.
     pub limit_mps: Option<f64>,
+    /// The ordered traffic that the leg enters or touches, where it is minded; null for none.
+    pub traffic: Option<SeaRouteTraffic>,
     /// Energy from the battery (Wh); null where the current is too strong or not known.
     pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).

@@ -289,6 +289,15 @@ impl ChartDb {
         Ok(features)
     }
 
+    /// The areas of ordered traffic of a chart: of separation schemes and deep-water routes.
+    ///
+    /// # Errors
+    /// When the database cannot be read, or a row in it is not a valid feature.
+    pub fn traffic(&self, chart: &Chart) -> Result<Vec<Feature>> {
+        let classes = "AND class IN ('TSSLPT', 'TSEZNE', 'TSSCRS', 'TSSRON', 'DWRTPT')";
+        self.rows_of(chart, "areas", classes, &mut BTreeMap::new())
+    }
+
     /// What a chart covers, whatever others do: as [`ChartCoverage::of`] has it of all its features, but read alone.
     ///
     /// # Errors

@@ -128,6 +128,11 @@ impl GuardLimits {
         }
     }
 
+    /// Distance to danger that leaves a vessel room to be so far off its track (m) before its path monitor acts.
+    pub fn room_m(&self, stray_m: f64) -> f64 {
+        stray_m + self.hull_m + self.position_m
+    }
+
     /// Half width of the corridor of a track, position left out (m): the index adds that.
     pub fn half_width_m(&self) -> f64 {
         self.cross_track_m + self.hull_m

@@ -251,7 +251,13 @@ fn by_grid(water: &Made, index: &DepthIndex, requests: &[Request]) {
         grid::by_a_star(&grid, ends);
         if let Some(folder) = std::env::var_os("LUTRA_GRIDS") {
             let file = Path::new(&folder).join(format!("{}-{number}", water.name));
-            grid::write(&file, &grid, water.spacing_m, ends);
+            let lines = serde_json::json!({
+                "half_m": water.half_m,
+                "land": water.land,
+                "from": water.start,
+                "to": water.goals[number],
+            });
+            grid::write(&file, &grid, water.spacing_m, ends, &lines);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! How long routes take: preparing the water, asking, and the classic grid beside. `cargo bench -p planner` runs this on
 //! the shared charts; without them it says so and measures nothing. `LUTRA_GRID=FILE` writes the classic grid for other planners:
-//! `scripts/bench-routes` runs those beside.
+//! `scripts/bench-routes` runs those beside. With `-- refusals` only what would do where there is no way is measured.
 
 #![expect(clippy::disallowed_methods, reason = "a bench looks at the clock")]
 #![expect(clippy::unwrap_used, reason = "a bench fails where it unwraps nothing")]
@@ -27,6 +27,9 @@ fn main() {
         println!("the shared charts are absent: nothing is measured");
         return;
     };
+    if std::env::args().any(|argument| argument == "refusals") {
+        return refusals(&folder);
+    }
     println!("needs: 5 m deep, 25 m clear unless told; times on one core; lengths on WGS 84\n");
     for cells in
         [&["GB4X0000", "GB5X01NE", "GB5X01NW", "GB5X01SE", "GB5X02SE"][..], &["US5WA22M"], &["US4MD81M"]]
@@ -36,18 +39,23 @@ fn main() {
             chart(&cells.join("+"), &index, 5.0, clearance_m);
         }
     }
+    refusals(&folder);
+    let coast = coast(&folder);
+    chart("land of Trøndelag", &coast, 0.0, 25.0);
+    across_trondelag(&coast);
+}
+
+/// What would do where there is no way.
+fn refusals(folder: &FilePath) {
     for (name, index, depth_m, clearance_m) in [
         ("archipelago", archipelago(), 5.0, 190.0),
         ("archipelago", archipelago(), 8.0, 60.0),
-        ("US4MD81M", of_cells(&folder, &["US4MD81M"]), 5.0, 100.0),
+        ("US4MD81M", of_cells(folder, &["US4MD81M"]), 5.0, 100.0),
     ] {
         let needs = Needs::depth_and_clearance(depth_m, clearance_m);
         what_would_do(name, &index, &needs, f64::INFINITY);
         what_would_do(name, &index, &needs, 5_000.0);
     }
-    let coast = coast(&folder);
-    chart("land of Trøndelag", &coast, 0.0, 25.0);
-    across_trondelag(&coast);
 }
 
 /// Random pairs in open water.
@@ -227,7 +235,7 @@ fn across_trondelag(index: &Arc<DepthIndex>) {
     let prepared = begun.elapsed();
     println!("  classic grid of 100 m: {} open cells in {:.1} s", grid.open_cells(), prepared.as_secs_f64());
     if let Some(file) = std::env::var_os("LUTRA_GRID") {
-        grid::write(FilePath::new(&file), &grid, 100.0, moved);
+        grid::write(FilePath::new(&file), &grid, 100.0, moved, &serde_json::Value::Null);
     }
     grid::by_a_star(&grid, moved);
 }

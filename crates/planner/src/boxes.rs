@@ -45,7 +45,8 @@ impl Bounds {
     pub(crate) fn distance_m(&self, other: &Self) -> f64 {
         let dx = (other.min.x - self.max.x).max(self.min.x - other.max.x).max(0.0);
         let dy = (other.min.y - self.max.y).max(self.min.y - other.max.y).max(0.0);
-        dx.hypot(dy)
+        // Within some thousand kilometres no square is too large.
+        (dx * dx + dy * dy).sqrt()
     }
 }
 

@@ -255,7 +255,7 @@ impl Joining {
             if self.parts.join(one, other, near.crosses(self.ends, pair)) {
                 let [from, to] = near.points;
                 let (reach_m, width_m) = (f64::from(reach_m), near.width_m);
-                return Some(Gap { reach_m, width_m, at: from.towards(to, 0.5) });
+                return Some(Gap { reach_m, width_m, between: [from, to] });
             }
         }
         None
@@ -284,8 +284,9 @@ impl Near {
             [c.nearest_on(a, b), c],
             [d.nearest_on(a, b), d],
         ];
-        let [first, rest @ ..] = ways.map(|points| Self { width_m: points[0].distance_m(points[1]), points });
-        rest.into_iter().fold(first, |best, one| if one.width_m < best.width_m { one } else { best })
+        let [first, rest @ ..] = ways.map(|points| (points[0].square_m2(points[1]), points));
+        let least = rest.into_iter().fold(first, |best, one| if one.0 < best.0 { one } else { best });
+        Self { width_m: least.0.sqrt(), points: least.1 }
     }
 
     /// Whether the way from the middle of one side to that of the other, by their nearest points, crosses the line between

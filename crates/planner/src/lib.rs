@@ -19,10 +19,12 @@
 //! 3. Where an [`Objective`] asks for less time or energy, or prefers water, `weighing` looks over a `lattice` of points for a
 //!    cheaper way; `weighed` takes it only if it costs less than the shortest one. `Route::reckon` alone says what time and energy a
 //!    route takes.
+//!    Lanes and zones of ordered traffic ([`TrafficArea`]) are minded so too; where the shortest way meets none it is the answer.
 //! 4. Each leg is asked of the depth index, and so are the arcs of its turns (`turns`). `alternatives` pass what the shortest
 //!    route passes on its other side.
 //! 5. Where there is no route, a smaller depth or clearance that gives one is looked for: first among the chart's lines
-//!    (`walls`, `joining`), then by preparing the least water that could hold a way (`passable`).
+//!    (`walls`, `joining`), then by a way between them that the chart confirms (`lead`), or by preparing the least water that could
+//!    hold one (`passable`).
 //!
 //! It knows charts, and neither vessels, plans, files nor the clock. It does one thing at a time on the thread that
 //! asks; long work asks [`Cancel`] whether its answer is still wanted and its time is not used up.
@@ -30,7 +32,7 @@
 //! - [`Needs`] say how deep and how far off.
 //! - [`Zones`] say where ways may lead beside that.
 //! - [`Objective`] says what a route is good for where it is not the shortest: time or energy in a current ([`Currents`]),
-//!   deeper water, more distance.
+//!   deeper water, more distance, no ordered traffic ([`TrafficArea`]).
 //! - [`Router`] holds a chart and the rooms made of it, and answers a [`Request`] by a [`Route`] or by a [`Refusal`]
 //!   that says what is in the way.
 //! - [`classic`] is a plain A* on a grid, to compare with.
@@ -47,6 +49,7 @@ mod joining;
 mod known;
 mod landmarks;
 mod lattice;
+mod lead;
 mod learned;
 mod limits;
 mod long;
@@ -72,6 +75,7 @@ mod search;
 mod side;
 mod tidy;
 mod tile;
+mod traffic;
 mod turns;
 mod walls;
 mod weighed;
@@ -86,8 +90,10 @@ pub use passable::{Passable, PassableGap};
 pub use plane::{Plane, Point};
 pub use refusal::{End, Refusal, Spent};
 pub use room::{PlanError, SeaRoom};
-pub use route::{Moved, Request, Route, RouteLeg};
+pub use rooms::Prepared;
+pub use route::{Moved, Narrow, Request, Route, RouteLeg};
 pub use router::Router;
 pub use search::Effort;
+pub use traffic::{InTraffic, TrafficArea, TrafficKind};
 pub use turns::{Turn, TurnTrouble};
 pub use zones::{MOST_BORDER_KM, MOST_MARGIN_M, Zone, ZoneError, Zones};

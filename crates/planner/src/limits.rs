@@ -1,10 +1,11 @@
-//! Areas with speed limits in a plane: where along a leg which limit holds.
+//! Areas with speed limits and of ordered traffic in a plane: where along a leg which limit holds, and what a metre counts.
 //!
 //! A limit begins at a line. Pieces of a leg that straddled it would count as wholly inside or wholly outside, and of two ways
 //! that pass a slow area the worse one could seem better, so legs are cut where they cross a border.
 
 use crate::boxes::Bounds;
 use crate::plane::{self, Plane, Point};
+use crate::traffic::{self, TrafficArea};
 use crate::zones::Zone;
 
 /// How far outside an area a way bends round its corner (m).
@@ -24,6 +25,14 @@ struct Area {
     corners: Vec<Point>,
     bounds: Bounds,
     most_mps: f64,
+    traffic: Option<Traffic>,
+}
+
+/// Ships that sail in order.
+#[derive(Debug, Clone, Copy)]
+struct Traffic {
+    factor: f64,
+    ahead: Option<Point>,
 }
 
 /// A part of a leg in which one limit holds.
@@ -33,17 +42,25 @@ pub(crate) struct Piece {
     pub(crate) end: Point,
     /// Greatest speed through the water (m/s); infinite without a limit.
     pub(crate) most_mps: f64,
+    /// How many times as much it costs as it would without traffic.
+    pub(crate) factor: f64,
 }
 
 impl Limits {
     /// Of zones, each with the greatest speed in it (m/s).
     pub(crate) fn new<'z>(zones: impl IntoIterator<Item = (&'z Zone, f64)>, plane: &Plane) -> Self {
-        let area = |(zone, most_mps): (&Zone, f64)| {
-            let border = zone.border(plane);
-            let corners = zone.corners().iter().map(|corner| plane.point(*corner)).collect();
-            Area { bounds: Bounds::of(&border), border, corners, most_mps }
-        };
+        let area = |(zone, most_mps): (&Zone, f64)| Area::new(zone, plane, most_mps, None);
         Self(zones.into_iter().map(area).collect())
+    }
+
+    /// With areas of ordered traffic, in which everything costs so many times as much.
+    pub(crate) fn with_traffic(mut self, areas: &[TrafficArea], factor: f64, plane: &Plane) -> Self {
+        let area = |area: &TrafficArea| {
+            let traffic = Traffic { factor, ahead: area.ahead(plane) };
+            Area::new(&area.zone, plane, f64::INFINITY, Some(traffic))
+        };
+        self.0.extend(areas.iter().map(area));
+        self
     }
 
     /// Points just outside the corners of all areas: ways that go round one bend there. At corners that lead inwards they are of
@@ -64,10 +81,15 @@ impl Limits {
         (from, to): (Point, Point),
         piece_m: f64,
     ) -> impl Iterator<Item = Piece> + use<> {
-        self.stretches(from, to).into_iter().flat_map(move |Piece { begin, end, most_mps }| {
+        self.stretches(from, to).into_iter().flat_map(move |Piece { begin, end, most_mps, factor }| {
             let count = (begin.distance_m(end) / piece_m).ceil().max(1.0);
             let at = move |piece: u32| begin.towards(end, f64::from(piece) / count);
-            (0..count as u32).map(move |piece| Piece { begin: at(piece), end: at(piece + 1), most_mps })
+            (0..count as u32).map(move |piece| Piece {
+                begin: at(piece),
+                end: at(piece + 1),
+                most_mps,
+                factor,
+            })
         })
     }
 
@@ -76,7 +98,7 @@ impl Limits {
         let around = Bounds::of(&[from, to]);
         let near: Vec<&Area> = self.0.iter().filter(|area| area.bounds.meets(&around)).collect();
         if near.is_empty() {
-            return vec![Piece { begin: from, end: to, most_mps: f64::INFINITY }];
+            return vec![Piece { begin: from, end: to, most_mps: f64::INFINITY, factor: 1.0 }];
         }
         let mut cuts: Vec<f64> = near.iter().flat_map(|area| area.cuts(from, to)).collect();
         cuts.push(1.0);
@@ -88,12 +110,21 @@ impl Limits {
             let is_rest = end >= 1.0 && stretches.is_empty();
             if end - begin > sliver || is_rest {
                 let middle = from.towards(to, 0.5 * (begin + end));
-                let most_mps = near.iter().filter(|area| area.holds(middle)).map(|area| area.most_mps);
-                let most_mps = most_mps.fold(f64::INFINITY, f64::min);
+                let (mut most_mps, mut factor) = (f64::INFINITY, 1.0_f64);
+                for area in near.iter().filter(|area| area.holds(middle)) {
+                    most_mps = most_mps.min(area.most_mps);
+                    factor = factor.max(area.factor((from, to)));
+                }
                 let end_at = from.towards(to, end);
+                let is_same = |last: &Piece| {
+                    last.most_mps.total_cmp(&most_mps).is_eq() && last.factor.total_cmp(&factor).is_eq()
+                };
                 match stretches.last_mut() {
-                    Some(last) if last.most_mps.total_cmp(&most_mps).is_eq() => last.end = end_at,
-                    _ => stretches.push(Piece { begin: from.towards(to, begin), end: end_at, most_mps }),
+                    Some(last) if is_same(last) => last.end = end_at,
+                    _ => {
+                        let begin = from.towards(to, begin);
+                        stretches.push(Piece { begin, end: end_at, most_mps, factor });
+                    }
                 }
                 begin = end;
             }
@@ -106,6 +137,17 @@ impl Limits {
 }
 
 impl Area {
+    fn new(zone: &Zone, plane: &Plane, most_mps: f64, traffic: Option<Traffic>) -> Self {
+        let border = zone.border(plane);
+        let corners = zone.corners().iter().map(|corner| plane.point(*corner)).collect();
+        Self { bounds: Bounds::of(&border), border, corners, most_mps, traffic }
+    }
+
+    /// How many times as much a leg costs in it as it would without its traffic.
+    fn factor(&self, leg: (Point, Point)) -> f64 {
+        self.traffic.map_or(1.0, |Traffic { factor, ahead }| traffic::factor(factor, ahead, leg))
+    }
+
     /// Shares of a leg at which it crosses the border.
     fn cuts(&self, from: Point, to: Point) -> impl Iterator<Item = f64> {
         plane::sides(&self.border).filter_map(move |side| crossing([from, to], side))

@@ -79,6 +79,7 @@ impl Mesh {
         mesh.corners = triangles.into_iter().map(|corners| corners.map(number)).collect();
         cancel.check()?;
         mesh.join();
+        mesh.unite_pieces();
         mesh.find_bays();
         let bounds: Vec<Bounds> =
             (0..mesh.corners.len() as u32).map(|triangle| Bounds::of(&mesh.triangle(triangle))).collect();
@@ -205,6 +206,22 @@ impl Mesh {
             all.map(|corners| [0, 1, 2].map(|side| beyond(corners[(side + 1) % 3], corners[side]))).collect();
         self.part_corners();
         self.find_bends();
+    }
+
+    /// Pieces whose triangles lie beside each other are one water: those of tiles beside each other.
+    fn unite_pieces(&mut self) {
+        let count = self.piece.last().map_or(0, |last| *last as usize + 1);
+        let mut parts = Parts::new(count);
+        for (piece, beyond) in self.piece.iter().zip(&self.beyond) {
+            for next in beyond.iter().filter(|next| **next != NONE) {
+                parts.join(*piece, self.piece[*next as usize], false);
+            }
+        }
+        let mut numbers: BTreeMap<u32, u32> = BTreeMap::new();
+        for piece in &mut self.piece {
+            let next = numbers.len() as u32;
+            *piece = *numbers.entry(parts.of(*piece)).or_insert(next);
+        }
     }
 
     /// Where two borders touch, the water on each side gets a corner of its own: what is known of the way to one says nothing

@@ -9,6 +9,7 @@ use crate::currents::{Currents, Flow, made_good_mps};
 use crate::limits::{Limits, Piece};
 use crate::needs::{Needs, NeedsError};
 use crate::plane::{Plane, Point};
+use crate::traffic::{InTraffic, TrafficArea};
 use crate::zones::Zone;
 use charts::depth_index::{Demand, Leg};
 use std::fmt;
@@ -22,6 +23,8 @@ const MOST_OFF_M: f64 = 2_000.0;
 /// Speeds through the water that can be asked for (m/s).
 const SLOWEST_MPS: f64 = 0.05;
 const FASTEST_MPS: f64 = 20.0;
+/// Most areas of ordered traffic.
+const MOST_TRAFFIC: usize = 200;
 /// Most areas with a speed limit.
 const MOST_LIMITS: usize = 50;
 /// Where currents or limits differ from place to place, a leg is reckoned in pieces so long (m), but no more than so many.
@@ -114,6 +117,11 @@ pub struct Objective {
     pub preferences: Preferences,
     /// Areas with speed limits; where several overlap, the slowest holds.
     pub limits: Vec<SpeedLimit>,
+    /// Areas of ordered traffic.
+    pub traffic: Vec<TrafficArea>,
+    /// How many times as much a metre, second or joule in them costs, 1 or more; straight against the direction of a lane the
+    /// surcharge is twice as large. With 1 they are not minded.
+    pub traffic_factor: f64,
 }
 
 /// What a leg takes.
@@ -132,6 +140,8 @@ pub struct LegCost {
     /// The slowest limit of the areas with speed limits that the leg enters or touches, where that is slower than the speed
     /// through the water (m/s).
     pub limit_mps: Option<f64>,
+    /// The ordered traffic that the leg enters or touches.
+    pub traffic: Option<InTraffic>,
 }
 
 /// The sea at one point of a plane.
@@ -156,6 +166,11 @@ pub(crate) struct Toll {
 }
 
 impl Toll {
+    /// The same where everything costs so many times as much.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self { cost: factor * self.cost, ..self }
+    }
+
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
             cost: self.cost + other.cost,
@@ -176,19 +191,33 @@ impl Objective {
             depart_s: 0.0,
             preferences: Preferences::default(),
             limits: Vec::new(),
+            traffic: Vec::new(),
+            traffic_factor: 3.0,
         }
     }
 
     /// Whether the shortest way is the best one.
     pub fn is_shortest(&self) -> bool {
         let Preferences { depth_m, off_m, factor } = self.preferences;
-        self.aim == Aim::Length && (factor <= 1.0 || depth_m.is_none() && off_m.is_none())
+        let prefers = factor > 1.0 && (depth_m.is_some() || off_m.is_some());
+        self.aim == Aim::Length && !prefers && !self.minds_traffic()
+    }
+
+    /// Whether nothing but ordered traffic makes another way better than the shortest.
+    pub(crate) fn minds_only_traffic(&self) -> bool {
+        let Preferences { depth_m, off_m, .. } = self.preferences;
+        self.aim == Aim::Length && depth_m.is_none() && off_m.is_none()
+    }
+
+    fn minds_traffic(&self) -> bool {
+        self.traffic_factor > 1.0 && !self.traffic.is_empty()
     }
 
     /// Whether every metre costs the same: then the shortest way is the best one at any speed.
     pub(crate) fn is_uniform(&self) -> bool {
         let Preferences { depth_m, off_m, .. } = self.preferences;
-        self.currents.is_still() && self.limits.is_empty() && depth_m.is_none() && off_m.is_none()
+        let plain = depth_m.is_none() && off_m.is_none() && !self.minds_traffic();
+        self.currents.is_still() && self.limits.is_empty() && plain
     }
 
     /// Whether all its values are numbers in range.
@@ -201,6 +230,8 @@ impl Objective {
         NeedsError::of("preferred depth (m)", depth_m.unwrap_or(0.0), 0.0, 12_000.0)?;
         NeedsError::of("preferred distance (m)", off_m.unwrap_or(0.0), 0.0, MOST_OFF_M)?;
         NeedsError::of("factor of preferences", factor, 1.0, MOST_FACTOR)?;
+        NeedsError::of("factor of traffic", self.traffic_factor, 1.0, MOST_FACTOR)?;
+        NeedsError::of("number of traffic areas", self.traffic.len() as f64, 0.0, MOST_TRAFFIC as f64)?;
         NeedsError::of("number of speed limits", self.limits.len() as f64, 0.0, MOST_LIMITS as f64)?;
         NeedsError::of("time of departure (s)", self.depart_s, -1e11, 1e11)?;
         self.limits.iter().try_for_each(|limit| {
@@ -285,9 +316,14 @@ impl Objective {
                 None => LegCost { unknown_m: *leg_m, ..LegCost::default() },
             };
             since_s = since_s.zip(cost.duration_s).map(|(since_s, duration_s)| since_s + duration_s);
-            reckoned.push(LegCost { limit_mps, ..cost });
+            reckoned.push(LegCost { limit_mps, traffic: self.traffic_on(*leg), ..cost });
         }
         reckoned
+    }
+
+    /// The ordered traffic that a leg meets; first that which it goes against.
+    fn traffic_on(&self, leg: Leg) -> Option<InTraffic> {
+        self.traffic.iter().filter_map(|area| area.on(leg)).max_by_key(|met| met.against)
     }
 
     /// The slowest limit of the areas that a leg enters or touches (m/s).
@@ -311,7 +347,7 @@ impl Objective {
         let scale = leg_m / from.distance_m(to).max(f64::MIN_POSITIVE);
         let mut cost = LegCost { duration_s: Some(0.0), energy_j: Some(0.0), ..LegCost::default() };
         let mut since_s = begin_s;
-        for Piece { begin, end, most_mps } in limits.pieces((from, to), piece_m) {
+        for Piece { begin, end, most_mps, .. } in limits.pieces((from, to), piece_m) {
             let spot = Spot::of(&plane, begin.towards(end, 0.5));
             let length_m = scale * begin.distance_m(end);
             // After water of an unknown current the time is not known either.

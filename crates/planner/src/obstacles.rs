@@ -13,6 +13,7 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay::{Overlay, ShapeType};
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::i_float::int::point::IntPoint;
+use std::collections::BTreeMap;
 
 /// Cuts are made on a grid of centimetres, which covers ±5,000 km in 30 bits.
 const PER_METRE: f64 = 100.0;
@@ -161,22 +162,62 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
     Ok(pieces(without(open, overlay)))
 }
 
-/// Pieces of regions that lie beside each other, as pieces of all of them.
+/// Pieces of tiles with sides of so many metres, each with the corners of its neighbours on common borders among its own: then
+/// sides on both hands of a border are the same, and triangles of one piece lie beside those of the other.
 ///
-/// The overlay itself cannot be stopped: it is of one corridor at most, a fraction of a second.
-pub(crate) fn joined(pieces_of_all: &Pieces, cancel: &Cancel<'_>) -> Result<Pieces, PlanError> {
-    let mut overlay: Overlay<i32> = Overlay::new(pieces_of_all.iter().flatten().map(Vec::len).sum());
-    for rings in pieces_of_all {
-        cancel.check()?;
-        for ring in rings {
-            let ring: Vec<IntPoint<i32>> = ring.iter().map(|[x, y]| IntPoint::new(*x, *y)).collect();
-            overlay.add_contour(&ring, ShapeType::Subject);
+/// So the water of many tiles becomes one without being cut again as a whole, which could not be called off.
+pub(crate) fn matched(mut pieces: Pieces, tile_m: f64, cancel: &Cancel<'_>) -> Result<Pieces, PlanError> {
+    // Tiles have sides of whole metres, up to some tens of kilometres.
+    let tile = (tile_m * PER_METRE).round() as i32;
+    // By border the places of corners along it: of borders from south to north, and from west to east.
+    let mut along: [BTreeMap<i32, Vec<i32>>; 2] = Default::default();
+    for [x, y] in pieces.iter().flatten().flatten() {
+        if x % tile == 0 {
+            along[0].entry(*x).or_default().push(*y);
+        }
+        if y % tile == 0 {
+            along[1].entry(*y).or_default().push(*x);
         }
     }
     cancel.check()?;
-    let joined = pieces(overlay.overlay(OverlayRule::Subject, FillRule::NonZero));
-    cancel.check()?;
-    Ok(joined)
+    for places in along.iter_mut().flat_map(BTreeMap::values_mut) {
+        places.sort_unstable();
+        places.dedup();
+    }
+    for rings in &mut pieces {
+        cancel.check()?;
+        for ring in rings {
+            *ring = with_corners(ring, &along);
+        }
+    }
+    Ok(pieces)
+}
+
+/// A ring with the corners that lie on those of its sides that run along a border.
+fn with_corners(ring: &[GridPoint], [columns, rows]: &[BTreeMap<i32, Vec<i32>>; 2]) -> Vec<GridPoint> {
+    let mut all = Vec::with_capacity(ring.len());
+    let next = ring.iter().cycle().skip(1);
+    for (from, to) in ring.iter().zip(next) {
+        all.push(*from);
+        let (border, axis) = match (from[0] == to[0], from[1] == to[1]) {
+            (true, false) => (columns.get(&from[0]), 1),
+            (false, true) => (rows.get(&from[1]), 0),
+            _ => (None, 0),
+        };
+        let Some(places) = border else { continue };
+        let (least, most) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
+        let within = places.partition_point(|at| *at <= least)..places.partition_point(|at| *at < most);
+        let begun = all.len();
+        all.extend(places[within].iter().map(|at| {
+            let mut corner = *from;
+            corner[axis] = *at;
+            corner
+        }));
+        if from[axis] > to[axis] {
+            all[begun..].reverse();
+        }
+    }
+    all
 }
 
 fn pieces(shapes: Shapes) -> Pieces {
@@ -264,9 +305,9 @@ pub(crate) fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
     let mut spans = vec![(0, last)];
     while let Some((from, to)) = spans.pop() {
         let far =
-            (from + 1..to).map(|at| (line[at].distance_m(line[at].nearest_on(line[from], line[to])), at));
-        let Some((off_m, at)) = far.max_by(|one, other| one.0.total_cmp(&other.0)) else { continue };
-        if off_m > tolerance_m {
+            (from + 1..to).map(|at| (line[at].square_m2(line[at].nearest_on(line[from], line[to])), at));
+        let Some((off_m2, at)) = far.max_by(|one, other| one.0.total_cmp(&other.0)) else { continue };
+        if off_m2 > tolerance_m * tolerance_m {
             kept[at] = true;
             spans.extend([(from, at), (at, to)]);
         }
@@ -277,13 +318,54 @@ pub(crate) fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
     use std::cell::Cell;
 
+    /// Two tiles of 100 m: the western one has a strip of land at its eastern border, the eastern one an island that touches
+    /// the border from 40 to 60 m.
+    fn tiles() -> Pieces {
+        let west = vec![[0, 0], [10_000, 0], [10_000, 7_000], [8_000, 7_000], [8_000, 10_000], [0, 10_000]];
+        let east = vec![
+            [10_000, 0],
+            [20_000, 0],
+            [20_000, 10_000],
+            [10_000, 10_000],
+            [10_000, 6_000],
+            [12_000, 5_000],
+            [10_000, 4_000],
+        ];
+        // Water of the east beside the land of the west, by itself.
+        vec![vec![west], vec![east], vec![vec![[20_000, 0], [30_000, 0], [30_000, 10_000], [20_000, 10_000]]]]
+    }
+
     #[test]
-    fn joining_ends_at_the_first_look_that_says_that_it_is_not_wanted() {
-        let square = |east: i32| vec![vec![[east, 0], [east + 100, 0], [east + 100, 100], [east, 100]]];
-        let tiles: Pieces = (0..10).map(|n| square(100 * n)).collect();
-        assert_eq!(joined(&tiles, &Cancel::never()).unwrap().len(), 1);
+    fn pieces_get_the_corners_of_their_neighbours_on_common_borders() {
+        let matched = matched(tiles(), 100.0, &Cancel::never()).unwrap();
+        let west = &matched[0][0];
+        assert_eq!(west[1..5], [[10_000, 0], [10_000, 4_000], [10_000, 6_000], [10_000, 7_000]]);
+        let east = &matched[1][0];
+        assert_eq!(east[3..6], [[10_000, 10_000], [10_000, 7_000], [10_000, 6_000]]);
+        assert_eq!(matched[2], tiles()[2], "nothing lies on its border but its corners");
+    }
+
+    #[test]
+    fn matched_pieces_are_one_water_and_others_are_not() {
+        let whole = |pieces: Pieces| Mesh::new(pieces, |_| true, &Cancel::never()).unwrap();
+        let apart: std::collections::BTreeSet<u32> = whole(tiles()).piece.into_iter().collect();
+        assert!(apart.len() > 1, "sides that are not the same join nothing");
+        let mesh = whole(matched(tiles(), 100.0, &Cancel::never()).unwrap());
+        assert!(mesh.piece.iter().all(|piece| *piece == mesh.piece[0]), "{:?}", mesh.piece);
+        // A way from west to east bends at one corner of the island, on the border.
+        let [from, to] = [Point { x: 95.0, y: 50.0 }, Point { x: 125.0, y: 50.0 }];
+        let ends = [from, to].map(|at| (at, mesh.locate(at).unwrap()));
+        let (way, _) = crate::search::shortest((&mesh, None), ends, None, &Cancel::never()).unwrap().unwrap();
+        assert_eq!(way.len(), 3, "{way:?}");
+        let corner = Point { x: 100.0, y: if way[1].y > 50.0 { 60.0 } else { 40.0 } };
+        assert!(way[1].distance_m(corner) < 1e-6, "{way:?}");
+    }
+
+    #[test]
+    fn matching_ends_at_the_first_look_that_says_that_it_is_not_wanted() {
         let mut ended = 0;
         for most in 0.. {
             let looks = Cell::new(0);
@@ -291,16 +373,16 @@ mod tests {
                 looks.set(looks.get() + 1);
                 looks.get() <= most
             };
-            match joined(&tiles, &Cancel::unless(&wanted)) {
+            match matched(tiles(), 100.0, &Cancel::unless(&wanted)) {
                 Err(PlanError::Cancelled) => assert_eq!(looks.get(), most + 1),
                 other => {
-                    assert_eq!(other.unwrap().len(), 1);
+                    assert_eq!(other.unwrap().len(), 3);
                     break;
                 }
             }
             ended += 1;
         }
-        // Before each piece, before the overlay and after it.
-        assert_eq!(ended, 12);
+        // Once the corners are sorted, and before each piece.
+        assert_eq!(ended, 4);
     }
 }

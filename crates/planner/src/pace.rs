@@ -49,7 +49,7 @@ impl Objective {
         let mut toll = Toll::default();
         for ((leg, _), (plane, limits)) in legs.iter().zip(limits) {
             let (from, to) = (Point::default(), plane.point(leg.to));
-            for Piece { begin, end, most_mps } in limits.pieces((from, to), piece_m) {
+            for Piece { begin, end, most_mps, .. } in limits.pieces((from, to), piece_m) {
                 let spot = Spot::of(plane, begin.towards(end, 0.5));
                 toll = toll.and(self.piece(&spot, (begin, end), toll.duration_s, pace_mps.min(most_mps))?);
             }

@@ -21,7 +21,13 @@ pub struct Point {
 
 impl Point {
     pub(crate) fn distance_m(self, other: Self) -> f64 {
-        (other.x - self.x).hypot(other.y - self.y)
+        self.square_m2(other).sqrt()
+    }
+
+    /// The square of the distance (m²): points of a plane are some thousand kilometres apart at most, so that none is too large.
+    pub(crate) fn square_m2(self, other: Self) -> f64 {
+        let (dx, dy) = (other.x - self.x, other.y - self.y);
+        dx * dx + dy * dy
     }
 
     /// The point at a share of the way to another.
@@ -63,6 +69,10 @@ pub struct Plane {
 }
 
 impl Plane {
+    pub(crate) fn middle(&self) -> LatLon {
+        self.middle
+    }
+
     /// A plane around a place.
     pub fn new(middle: LatLon) -> Self {
         // At a pole itself the sphere's constants have no value.

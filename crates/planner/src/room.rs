@@ -5,12 +5,12 @@ use crate::boxes::{Bounds, Boxes};
 use crate::learned::Learned;
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
-use crate::obstacles::{Cut, Pieces, SLACK_M, cut_out, joined, project};
+use crate::obstacles::{Cut, Pieces, SLACK_M, cut_out, matched, project};
 use crate::plane::{Plane, Point, sides};
 use crate::region::Region;
 use crate::search::{self, Found, Place};
 use crate::tile::Tiles;
-use crate::walls::Walls;
+use crate::walls::Lines;
 use crate::zones::Zones;
 use charts::depth_index::{ChartTrust, ClosingLine, DepthIndex, GeoBox};
 use std::collections::BTreeSet;
@@ -117,11 +117,12 @@ impl SeaRoom {
         Ok(room)
     }
 
-    /// Prepares the water of some tiles as one; the chart is read tile by tile.
+    /// Prepares the water of some tiles as one; the chart is read tile by tile. What lies beyond their edge is not their water,
+    /// but clearances are measured to it, so far (m).
     pub(crate) fn of_tiles(
         index: &DepthIndex,
         (needs, zones): (&Needs, &Arc<Zones>),
-        Tiles { grid, tiles }: &Tiles,
+        (Tiles { grid, tiles }, measured_m): (&Tiles, f64),
         cancel: &Cancel<'_>,
     ) -> Result<Self, PlanError> {
         needs.validate()?;
@@ -131,12 +132,11 @@ impl SeaRoom {
         let (mut cut_m, mut scale) = (0.0_f64, 1.0_f64);
         for tile in tiles.iter() {
             let region = grid.region(*tile);
-            // What lies just outside of these tiles is not their water, but clearances are measured to it.
-            let part = cutter.cut(region, FAR_M)?;
+            let part = cutter.cut(region, measured_m)?;
             (cut_m, scale) = (cut_m.max(part.cut_m), scale.max(part.scale));
             pieces.extend(part.pieces);
             corners.extend([region.min, region.max]);
-            let around = region.wider(FAR_M);
+            let around = region.wider(measured_m);
             // What lies in another one of these tiles comes with that.
             barriers.extend(part.lines.iter().flat_map(|line| sides(line)).filter(|side| {
                 let home = grid.tile(side[0]);
@@ -147,7 +147,7 @@ impl SeaRoom {
         barriers.sort_unstable_by_key(order);
         barriers.dedup();
         let region = Region::of(&corners);
-        let pieces = if tiles.len() == 1 { pieces } else { joined(&pieces, cancel)? };
+        let pieces = if tiles.len() == 1 { pieces } else { matched(pieces, grid.tile_m, cancel)? };
         let mut room = Self::divided(
             index,
             (needs, zones),
@@ -262,9 +262,9 @@ impl SeaRoom {
         index.closing_lines(&self.needs.demand, &box_of(self.region, &self.plane, reach_m))
     }
 
-    /// Those lines, and the borders of its zones, as walls.
-    pub(crate) fn walls(&self, lines: &[ClosingLine], thinned_m: f64) -> Walls {
-        Walls::new(self.region, &self.plane, lines, &self.zones.borders(&self.plane), thinned_m)
+    /// Those lines, and the borders of its zones, in its plane, thinned by so much (m).
+    pub(crate) fn lines(&self, chart: &[ClosingLine], thinned_m: f64) -> Lines {
+        Lines::new(&self.plane, chart, &self.zones.borders(&self.plane), thinned_m)
     }
 
     /// A way between two points that leaves the region is at least so long (m).

@@ -2,7 +2,7 @@
 
 use crate::needs::Needs;
 use crate::plane::Plane;
-use crate::room::SeaRoom;
+use crate::room::{FAR_M, SeaRoom};
 use crate::tile::Tiles;
 use crate::zones::Zones;
 use crate::{Cancel, PlanError};
@@ -54,6 +54,31 @@ pub(crate) fn coarse_middle([from, to]: [LatLon; 2], step_m: f64) -> LatLon {
     let lon_step_deg = step_deg / lat_deg.to_radians().cos().max(0.05);
     let lon_deg = ((middle.lon_deg() / lon_step_deg).round() * lon_step_deg).clamp(-180.0, 180.0);
     LatLon::from_deg(lat_deg, lon_deg).unwrap_or(middle)
+}
+
+/// Water that was prepared on one chart, to be prepared on the next one too ([`crate::Router::prepared`]).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    needs: Needs,
+    zones: Arc<Zones>,
+    water: Water,
+}
+
+impl Prepared {
+    pub(crate) fn needs(&self) -> &Needs {
+        &self.needs
+    }
+
+    pub(crate) fn is_whole(&self) -> bool {
+        self.water == Water::Whole
+    }
+
+    pub(crate) fn square(&self) -> Option<&Square> {
+        match &self.water {
+            Water::Square(square) => Some(square),
+            Water::Whole | Water::Tiles(_) => None,
+        }
+    }
 }
 
 /// Rooms on one chart; clones share what is kept.
@@ -129,6 +154,41 @@ impl Rooms {
         Some((used.water, used.room))
     }
 
+    /// What is kept, the water that was asked for last first; without that of long ways, which takes much longer.
+    pub(crate) fn prepared(&self) -> Vec<Prepared> {
+        let of = |Kept { needs, zones, water, .. }: &Kept| match water {
+            Water::Whole | Water::Square(_) => {
+                Some(Prepared { needs: *needs, zones: Arc::clone(zones), water: water.clone() })
+            }
+            Water::Tiles(_) => None,
+        };
+        self.lock().iter().rev().filter_map(of).collect()
+    }
+
+    /// Prepares water before it is asked for, in room that is left: it pushes nothing out, and goes first itself. Whether it was
+    /// prepared.
+    pub(crate) fn prepare_early(&self, wanted: &Prepared, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
+        let Prepared { needs, zones, water } = wanted;
+        let has = |kept: &[Kept]| {
+            kept.iter().any(|one| one.needs == *needs && one.zones == *zones && one.water == *water)
+        };
+        let is_full = |kept: &[Kept]| kept.len() >= self.most || bytes(kept) >= MOST_BYTES;
+        {
+            let kept = self.lock();
+            if has(&kept) || is_full(&kept) {
+                return Ok(false);
+            }
+        }
+        let its = Self { zones: Arc::clone(zones), ..self.clone() };
+        let room = Arc::new(its.prepare(needs, water, cancel)?);
+        let mut kept = self.lock();
+        if has(&kept) || is_full(&kept) || bytes(&kept) + room.bytes() > MOST_BYTES {
+            return Ok(false);
+        }
+        kept.insert(0, Kept { needs: *needs, zones: Arc::clone(zones), water: water.clone(), room });
+        Ok(true)
+    }
+
     /// Drops rooms after one has learned, and so grown.
     pub(crate) fn keep_within_bounds(&self) {
         drop_while(&mut self.lock(), |kept| kept.len() > 1 && bytes(kept) > MOST_BYTES);
@@ -153,7 +213,7 @@ impl Rooms {
             Water::Square(Square { middle, half_m }) => {
                 SeaRoom::around(&self.index, both, *middle, (*half_m, *half_m), cancel)
             }
-            Water::Tiles(tiles) => SeaRoom::of_tiles(&self.index, both, tiles, cancel),
+            Water::Tiles(tiles) => SeaRoom::of_tiles(&self.index, both, (tiles, FAR_M), cancel),
         }
     }
 

@@ -128,6 +128,19 @@ pub struct RouteLeg {
     pub turn: Option<Turn>,
 }
 
+/// Legs of a route that have less room than is wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Narrow {
+    /// The narrowest leg, by its number from 0.
+    pub leg: usize,
+    /// Its distance to the nearest danger, land or shallow water (m).
+    pub least_m: f64,
+    /// How many legs they are.
+    pub legs: usize,
+    /// How long they are together (m).
+    pub length_m: f64,
+}
+
 /// A route whose every leg the chart confirms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Route {
@@ -238,6 +251,20 @@ impl Route {
     /// Least charted depth within the clearance of the way (m).
     pub fn least_depth_m(&self) -> Option<f64> {
         self.legs.iter().filter_map(|leg| leg.worst.water.least_m()).min_by(f64::total_cmp)
+    }
+
+    /// Where danger, land or shallow water is nearer than this (m), such as what a vessel may be off its track before its path
+    /// monitor acts; `None` where there is so much room everywhere.
+    pub fn narrow(&self, room_m: f64) -> Option<Narrow> {
+        let clear = |leg: &RouteLeg| leg.clearance_m.filter(|clear_m| *clear_m < room_m);
+        let narrow = (0..).zip(&self.legs).filter_map(|(number, leg)| Some((number, leg, clear(leg)?)));
+        let (leg, _, least_m) = narrow.clone().min_by(|one, other| one.2.total_cmp(&other.2))?;
+        Some(Narrow {
+            leg,
+            least_m,
+            legs: narrow.clone().count(),
+            length_m: narrow.map(|(_, leg, _)| leg.length_m).sum(),
+        })
     }
 
     /// Distance to the nearest danger, land or shallow water (m); `None` beyond 5 km.

@@ -8,7 +8,7 @@ use crate::objective::{Aim, Objective};
 use crate::passable::{Passable, Search};
 use crate::refusal::Refusal;
 use crate::room::{PlanError, SeaRoom};
-use crate::rooms::{Rooms, Square, Water};
+use crate::rooms::{Prepared, Rooms, Square, Water};
 use crate::route::{Question, Request, Route};
 use crate::sailing::Wish;
 use crate::zones::Zones;
@@ -336,6 +336,28 @@ impl Router {
         drop(room);
         self.rooms.keep_within_bounds();
         Ok(true)
+    }
+
+    /// The water that is kept, what was asked for last first, to be prepared on the next chart by [`Self::prepare`]; without the
+    /// corridors of long ways.
+    pub fn prepared(&self) -> Vec<Prepared> {
+        self.rooms.prepared()
+    }
+
+    /// Prepares water that was asked for on another chart before it is asked for here: as long as there is room for it beside
+    /// what is kept, and where this chart is divided as that one was. Whether it was prepared.
+    ///
+    /// # Errors
+    /// When it was called off; it can be asked for again.
+    pub fn prepare(&self, wanted: &Prepared, cancel: &Cancel<'_>) -> Result<bool, PlanError> {
+        let fits = match self.division {
+            Division::Whole => wanted.is_whole(),
+            Division::Regions => {
+                wanted.square().is_some_and(|square| !self.is_too_much(square, wanted.needs()))
+            }
+            Division::Tiles => false,
+        };
+        Ok(fits && self.rooms.prepare_early(wanted, cancel)?)
     }
 
     /// Whether a region larger than the smallest ones is of charts that are too much for it.

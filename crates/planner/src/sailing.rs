@@ -66,11 +66,12 @@ impl Sailing<'_> {
     ) -> Option<Toll> {
         let piece_m = piece_m.max(from.distance_m(to) / MOST_PIECES);
         let mut toll = Toll::default();
-        for Piece { begin, end, most_mps } in self.limits.pieces((from, to), piece_m) {
+        for Piece { begin, end, most_mps, factor } in self.limits.pieces((from, to), piece_m) {
             let here = spot(begin.towards(end, 0.5));
             let since_s = self.wish.since_s + begin_s + toll.duration_s;
             let pace_mps = self.pace_mps.min(most_mps);
-            toll = toll.and(self.wish.objective.piece(&here, (begin, end), since_s, pace_mps)?);
+            let piece = self.wish.objective.piece(&here, (begin, end), since_s, pace_mps)?;
+            toll = toll.and(piece.times(factor));
         }
         Some(toll)
     }
@@ -102,11 +103,11 @@ impl Sailing<'_> {
     /// What a way costs by its pieces; infinite where it cannot be sailed.
     fn cost_of(&self, pieces: &[(Piece, Spot)]) -> Toll {
         let mut toll = Toll::default();
-        for (Piece { begin, end, most_mps }, spot) in pieces {
+        for (Piece { begin, end, most_mps, factor }, spot) in pieces {
             let since_s = self.wish.since_s + toll.duration_s;
             let pace_mps = self.pace_mps.min(*most_mps);
             match self.wish.objective.piece(spot, (*begin, *end), since_s, pace_mps) {
-                Some(next) => toll = toll.and(next),
+                Some(next) => toll = toll.and(next.times(*factor)),
                 None => return Toll { cost: f64::INFINITY, duration_s: f64::INFINITY, ..toll },
             }
         }

@@ -73,5 +73,17 @@ pub(crate) struct Gap {
     /// How far ways can keep from the chart's lines at most (m).
     pub(crate) reach_m: f64,
     pub(crate) width_m: f64,
-    pub(crate) at: Point,
+    /// The points of both sides that lie nearest to each other.
+    pub(crate) between: [Point; 2],
+}
+
+impl Gap {
+    /// None at all, at a place.
+    pub(crate) fn shut(at: Point) -> Self {
+        Self { reach_m: 0.0, width_m: 0.0, between: [at; 2] }
+    }
+
+    pub(crate) fn middle(&self) -> Point {
+        self.between[0].towards(self.between[1], 0.5)
+    }
 }

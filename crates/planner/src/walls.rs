@@ -7,7 +7,7 @@
 //! preparations of the water.
 
 use crate::Cancel;
-use crate::joining::Joining;
+use crate::joining::{Joining, Outcome};
 use crate::obstacles::{project_line, thin};
 use crate::plane::sides;
 use crate::plane::{Plane, Point};
@@ -16,8 +16,43 @@ use crate::side::{Gap, Kind, Reach, Side, Trouble};
 use charts::depth_index::{Closes, ClosingLine};
 use std::collections::BTreeSet;
 
+/// Lines in one square are surely joined where two reaches differ by no more than this factor.
+const JOINED: f64 = std::f64::consts::SQRT_2;
+/// Walls that lie so much beside others say nothing of reaches of no more than so many times that.
+const LEAST_COARSE: f64 = 4.0;
 /// From one reach to a smaller one, where the widest way is looked for.
 const HALF: f64 = 0.5;
+
+/// All lines of a chart and of zones in a plane, thinned.
+#[derive(Debug, Clone)]
+pub(crate) struct Lines(Vec<Line>);
+
+#[derive(Debug, Clone)]
+struct Line {
+    points: Vec<Point>,
+    deeper_than_m: f64,
+    kind: Kind,
+}
+
+impl Lines {
+    /// Of a chart and of zones, thinned by so much (m).
+    pub(crate) fn new(plane: &Plane, chart: &[ClosingLine], zones: &[Vec<Point>], thinned_m: f64) -> Self {
+        let of_chart = chart.iter().map(|ClosingLine { vertices, closes }| {
+            let (deeper_than_m, kind) = match closes {
+                Closes::Always => (f64::NEG_INFINITY, Kind::Chart),
+                Closes::ByRule => (f64::NEG_INFINITY, Kind::Rule),
+                Closes::DeeperThan(depth_m) => (*depth_m, Kind::Chart),
+            };
+            Line { points: thin(&project_line(vertices, plane), thinned_m), deeper_than_m, kind }
+        });
+        let of_zones = zones.iter().map(|zone| Line {
+            points: zone.clone(),
+            deeper_than_m: f64::NEG_INFINITY,
+            kind: Kind::Zone,
+        });
+        Self(of_chart.chain(of_zones).collect())
+    }
+}
 
 /// Lines, in the order of the depths at which they close.
 #[derive(Debug, Clone)]
@@ -27,29 +62,18 @@ pub(crate) struct Walls {
 }
 
 impl Walls {
-    /// Lines of a chart and of zones in a region, thinned by so much (m).
-    pub(crate) fn new(
-        region: Region,
-        plane: &Plane,
-        lines: &[ClosingLine],
-        zones: &[Vec<Point>],
-        thinned_m: f64,
-    ) -> Self {
+    /// Lines in a region, thinned by so much more (m), and of sides that are shorter than this (m) one in each square of that
+    /// size.
+    pub(crate) fn new(region: Region, lines: &Lines, (more_m, short_m): (f64, f64)) -> Self {
         let mut walls = Self { region, sides: Vec::new() };
-        for ClosingLine { vertices, closes } in lines {
-            let (deeper_than_m, kind) = match closes {
-                Closes::Always => (f64::NEG_INFINITY, Kind::Chart),
-                Closes::ByRule => (f64::NEG_INFINITY, Kind::Rule),
-                Closes::DeeperThan(depth_m) => (*depth_m, Kind::Chart),
-            };
-            for ends in sides(&thin(&project_line(vertices, plane), thinned_m)) {
-                walls.sides.push(Side { ends, deeper_than_m, kind });
-            }
+        for Line { points, deeper_than_m, kind } in &lines.0 {
+            let thinned = (more_m > 0.0 && *kind != Kind::Zone).then(|| thin(points, more_m));
+            let points = thinned.as_ref().unwrap_or(points);
+            let side = |ends| Side { ends, deeper_than_m: *deeper_than_m, kind: *kind };
+            walls.sides.extend(sides(points).map(side));
         }
-        let always = |kind: Kind| move |ends| Side { ends, deeper_than_m: f64::NEG_INFINITY, kind };
-        walls.sides.extend(zones.iter().flat_map(|zone| sides(zone)).map(always(Kind::Zone)));
         walls.sides.sort_by(|one, other| one.deeper_than_m.total_cmp(&other.deeper_than_m));
-        walls.thin_short(thinned_m);
+        walls.thin_short(short_m);
         walls
     }
 
@@ -68,6 +92,11 @@ impl Walls {
     pub(crate) fn within(&self, region: Region, depth_m: f64) -> Self {
         let sides = self.sides.iter().filter(|side| side.deeper_than_m < depth_m).copied().collect();
         Self { region, sides }
+    }
+
+    /// The sides that are in the way of a vessel that needs so much depth (m).
+    pub(crate) fn closing(&self, depth_m: f64) -> impl Iterator<Item = &Side> {
+        self.sides.iter().filter(move |side| side.deeper_than_m < depth_m)
     }
 
     /// Without what rules or people close.
@@ -101,10 +130,49 @@ impl Walls {
 
     /// The narrowest gap of the widest way between two points, if it is narrower than this reach; `None` where nothing
     /// parts them, and a reach of no more than the least one where even that is too much.
+    ///
+    /// Between which reaches that gap closes is found by walls that are thinned more, and so lie up to `off_m` beside these.
     pub(crate) fn widest_gap(
         &self,
+        (coarse, off_m): (&Self, f64),
         ends: [Point; 2],
         (least, most): (Reach, Reach),
+        cancel: &Cancel<'_>,
+    ) -> Result<Option<Gap>, Trouble> {
+        let at = |chart_m: f64| Reach { chart_m: chart_m.max(least.chart_m), ..most };
+        let parted = |reach: Reach| coarse.parted_below_m(ends, reach, cancel).map(|parted| parted.is_some());
+        let (mut open, mut closed) = (at(HALF * most.chart_m), most);
+        while parted(open)? {
+            if open.chart_m <= LEAST_COARSE * off_m || open == least {
+                // What is narrower is told by these walls alone; where no clearance gives a way, that is soon said.
+                let shut = Gap::shut(ends[0]);
+                return match self.parted_below_m(ends, least, cancel)? {
+                    Some(_) => Ok(Some(shut)),
+                    None => self.narrowest(ends, least, most, cancel),
+                };
+            }
+            (open, closed) = (at(HALF * open.chart_m), open);
+        }
+        let enough = |open: Reach, closed: Reach| closed.chart_m + off_m <= JOINED * (open.chart_m - off_m);
+        while !enough(open, closed) && closed.chart_m - open.chart_m > off_m {
+            let middle = at((open.chart_m * closed.chart_m).sqrt());
+            *(if parted(middle)? { &mut closed } else { &mut open }) = middle;
+        }
+        let (open, closed) = (at(open.chart_m - off_m), Reach { chart_m: closed.chart_m + off_m, ..closed });
+        let joining = Joining::new(self.region, &self.sides, [open, closed], ends)?;
+        match joining.run(cancel)? {
+            Outcome { gap: None, parted_at_m: None } if closed.chart_m >= most.chart_m => Ok(None),
+            Outcome { gap: Some(gap), .. } => Ok(Some(gap).filter(|gap| gap.reach_m < most.chart_m)),
+            Outcome { .. } => self.narrowest(ends, least, most, cancel),
+        }
+    }
+
+    /// The same by these walls alone, where others would mislead.
+    fn narrowest(
+        &self,
+        ends: [Point; 2],
+        least: Reach,
+        most: Reach,
         cancel: &Cancel<'_>,
     ) -> Result<Option<Gap>, Trouble> {
         let at = |chart_m: f64| Reach { chart_m: chart_m.max(least.chart_m), ..most };
@@ -115,17 +183,27 @@ impl Walls {
         let (mut open, mut closed) = (at(HALF * most.chart_m), most);
         while parted(open)? {
             if open == least {
-                return Ok(Some(Gap { reach_m: 0.0, width_m: 0.0, at: ends[0] }));
+                return Ok(Some(Gap::shut(ends[0])));
             }
             (open, closed) = (at(HALF * open.chart_m), open);
         }
-        // Lines in one square are surely joined where the two reaches differ by less than this.
-        while closed.chart_m > std::f64::consts::SQRT_2 * open.chart_m {
+        while closed.chart_m > JOINED * open.chart_m {
             let middle = at((open.chart_m * closed.chart_m).sqrt());
             *(if parted(middle)? { &mut closed } else { &mut open }) = middle;
         }
         let joining = Joining::new(self.region, &self.sides, [open, closed], ends)?;
         Ok(joining.run(cancel)?.gap)
+    }
+}
+
+#[cfg(test)]
+impl Walls {
+    pub(crate) fn of_sides(region: Region, sides: Vec<Side>) -> Self {
+        Self { region, sides }
+    }
+
+    pub(crate) fn region(&self) -> Region {
+        self.region
     }
 }
 
@@ -166,12 +244,44 @@ mod tests {
         assert_eq!(parted(&all, 31.0), Some(f64::NEG_INFINITY), "the gap is too narrow whatever the depth");
         let shallow = all.within(all.region, 3.4);
         assert_eq!(parted(&shallow, 29.0), None);
-        let gap = shallow.widest_gap(ENDS, (reach(0.5), reach(80.0)), &Cancel::never()).unwrap().unwrap();
+        let gap = shallow
+            .widest_gap((&shallow, 0.0), ENDS, (reach(0.5), reach(80.0)), &Cancel::never())
+            .unwrap()
+            .unwrap();
         assert!((gap.reach_m - 30.0).abs() < 1e-3 && (gap.width_m - 60.0).abs() < 1e-9, "{gap:?}");
-        assert!(gap.at.distance_m(Point::default()) < 1e-6, "{gap:?}");
-        assert_eq!(shallow.widest_gap(ENDS, (reach(0.5), reach(29.0)), &Cancel::never()).unwrap(), None);
+        assert!(gap.middle().distance_m(Point::default()) < 1e-6, "{gap:?}");
+        assert_eq!(
+            shallow.widest_gap((&shallow, 0.0), ENDS, (reach(0.5), reach(29.0)), &Cancel::never()).unwrap(),
+            None
+        );
         let away = [ENDS[0], at(-900.0, -900.0)];
         assert_eq!(all.parted_below_m(away, reach(31.0), &Cancel::never()).unwrap(), None);
+    }
+
+    #[test]
+    fn coarser_walls_only_say_where_to_look() {
+        let all = walls();
+        let shallow = all.within(all.region, 3.4);
+        // The gap of 60 m is 52, 68 m or shut in walls that lie 4 m or more beside these.
+        let with_gap = |half_m: f64| {
+            let mut other = shallow.clone();
+            other.sides[0].ends[1].y = -half_m;
+            other.sides[1].ends[0].y = half_m;
+            other
+        };
+        for (half_m, off_m) in [(26.0, 4.0), (34.0, 4.0), (0.0, 4.0), (0.0, 30.0), (100.0, 4.0)] {
+            let gap = shallow.widest_gap(
+                (&with_gap(half_m), off_m),
+                ENDS,
+                (reach(0.5), reach(80.0)),
+                &Cancel::never(),
+            );
+            let gap = gap.unwrap().unwrap();
+            assert!((gap.reach_m - 30.0).abs() < 1e-3, "{half_m} {off_m} {gap:?}");
+        }
+        let shut = with_gap(0.0);
+        let gap = shut.widest_gap((&shallow, 30.0), ENDS, (reach(0.5), reach(80.0)), &Cancel::never());
+        assert!(gap.unwrap().unwrap().reach_m <= 0.5, "shut, whatever coarser walls say");
     }
 
     #[test]

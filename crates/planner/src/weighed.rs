@@ -28,7 +28,8 @@ impl Question<'_> {
     ) -> Result<Route, Refusal> {
         let objective = &wish.objective;
         let plane = self.room.plane();
-        let limits = Limits::new(objective.limits.iter().map(|limit| (&limit.zone, limit.most_mps)), plane);
+        let limits = Limits::new(objective.limits.iter().map(|limit| (&limit.zone, limit.most_mps)), plane)
+            .with_traffic(&objective.traffic, objective.traffic_factor, plane);
         let sailing =
             Sailing { room: self.room, wish, limits: &limits, pace_mps: objective.through_water_mps };
         let corners = |route: &Route| route.places().map(|place| plane.point(place)).collect::<Vec<_>>();
@@ -40,6 +41,14 @@ impl Question<'_> {
             let at_mps = shortest.through_water_mps;
             shortest.alternatives.iter_mut().for_each(|other| other.through_water_mps = at_mps);
             return Ok(shortest);
+        }
+        if objective.minds_only_traffic() {
+            let way = corners(&shortest);
+            let length_m: f64 = way.windows(2).map(|leg| leg[0].distance_m(leg[1])).sum();
+            // Out of all traffic no way is better than the shortest.
+            if shortest_cost <= length_m * (1.0 + 1e-9) {
+                return Ok(shortest);
+            }
         }
         let mut best: Option<(f64, f64, Route)> = None;
         let mut offer = |pace_mps: f64, toll: Toll, route: &Route| {

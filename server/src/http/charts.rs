@@ -3,11 +3,12 @@
 use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Who};
 use api::{
-    ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, SeaRouteAnswer,
-    SeaRouteRequest, say,
+    ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, Said,
+    SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteProgress, SeaRouteRequest, say,
 };
 use axum::Json;
 use axum::extract::State;
+use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use bytes::Bytes;
@@ -24,6 +25,8 @@ const MOST_WITHIN_M: f64 = 2_000.0;
 const POINTS: std::ops::RangeInclusive<usize> = 2..=500;
 const MOST_HALF_WIDTH_M: f64 = 1_000.0;
 const LONGEST_M: f64 = 1e6;
+/// Largest file of currents (bytes).
+pub(crate) const CURRENTS_BYTES: usize = 8 << 20;
 /// Media type of a tile.
 const TILE: &str = "application/vnd.mapbox-vector-tile";
 
@@ -106,8 +109,11 @@ pub(crate) async fn corridor(
             .with("most", most);
         return Err(ApiError::bad_request(text));
     }
-    let points: Vec<LatLon> =
-        points.into_iter().map(|[lat, lon]| place(lat, lon)).collect::<Result<_, _>>()?;
+    let point = |(number, [lat, lon]): (usize, [f64; 2])| {
+        place(lat, lon)
+            .map_err(|error| ApiError { text: error.text.of_field(&format!("points[{number}]")), ..error })
+    };
+    let points: Vec<LatLon> = points.into_iter().enumerate().map(point).collect::<Result<_, _>>()?;
     let half_width_m = length("half_width_m", half_width_m, MOST_HALF_WIDTH_M)?;
     let (set, limits) = (there(&state)?, *state.shore.charts.limits());
     let work = move || {
@@ -137,6 +143,29 @@ pub(crate) async fn route(
     let limits = state.shore.charts.strict(state.shore.grounding.limits(&who, ask.vessel).await);
     let now = state.shore.clock.utc();
     Ok(Json(state.shore.routing.route(set, ask, limits, now).await?))
+}
+
+/// `GET /api/v1/chart/route/{name}`.
+pub(crate) async fn progress(
+    State(state): State<AppState>,
+    InPath(name): InPath<String>,
+) -> Result<Json<SeaRouteProgress>, ApiError> {
+    Ok(Json(state.shore.routing.progress(&name)?))
+}
+
+/// `POST /api/v1/chart/currents`.
+pub(crate) async fn currents(
+    file: Result<Bytes, BytesRejection>,
+) -> Result<Json<SeaRouteCurrentGrid>, ApiError> {
+    let file = file.map_err(|error| match error.status() {
+        StatusCode::PAYLOAD_TOO_LARGE => ApiError::malformed(
+            StatusCode::PAYLOAD_TOO_LARGE,
+            say("The file is larger than {most} MB: take out what is not needed.")
+                .with("most", CURRENTS_BYTES >> 20),
+        ),
+        status => ApiError::malformed(status, Said::as_is(error.body_text())),
+    })?;
+    Ok(Json(shore::routing::currents_of_file(file.to_vec()).await?))
 }
 
 fn there(state: &AppState) -> Result<Arc<Set>, ApiError> {

@@ -1,13 +1,14 @@
 //! The chart through the API, with the fictitious archipelago.
 
 use super::tests::{Shore, bearer};
-use api::{ChartCorridor, ChartNear, ChartSet, Role, SeaRouteAnswer};
+use api::{ChartCorridor, ChartNear, ChartSet, Role, SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteProgress};
 use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
 use chartdb::{ImportOptions, import};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
+use std::task::{Context, Waker};
 use units::UtcTime;
 
 /// Brings the archipelago into a folder of data.
@@ -108,7 +109,10 @@ async fn a_corridor_tells_its_worst_spots_and_a_profile() {
     assert!(profile[0].depth_m.is_some() && (400..600).contains(&profile.len()), "{}", profile.len());
     for (bad, why) in [
         (json!({"points": [[63.4, 10.3]], "half_width_m": 1}), "points"),
-        (json!({"points": [[63.4, 10.3], [95, 10.3]], "half_width_m": 1}), "is not a place"),
+        (
+            json!({"points": [[63.4, 10.3], [95, 10.3]], "half_width_m": 1}),
+            "points[1]: 95, 10.3 is not a place",
+        ),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "half_width_m": -1}), "half_width_m"),
         (json!({"points": [[-80, 10.3], [63.5, 100]], "half_width_m": 1}), "longer than"),
     ] {
@@ -138,6 +142,19 @@ async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     assert_eq!((answer.asked_depth_m, found.points.len()), (5.0, found.legs.len() + 1));
     assert!(found.least_depth_m.unwrap() >= 5.0 && found.least_clearance_m.unwrap() >= 11.2);
     assert!((found.duration_s.unwrap() - found.length_m / 1.5).abs() < 1e-6);
+    // As the Otters' path monitor is set there is no room in the narrows; with a strict one there is.
+    let narrow = found.narrow.expect("there are 11.2 m alone");
+    let near = found.legs[narrow.leg].clearance_m.unwrap();
+    assert!((narrow.needed_m - 29.2).abs() < 1e-9 && (near - narrow.least_m).abs() < 1e-9 && near < 29.2);
+    assert_eq!(found.least_clearance_m, Some(narrow.least_m));
+    let strict = json!({"points": [east, west], "stray_m": 4});
+    let strict: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &strict).await.1).unwrap();
+    assert!(strict.route.unwrap().narrow.is_none());
+    let (status, body) = route(&shore, &token, &json!({"points": [east, west], "stray_m": -1})).await;
+    assert!(
+        status == StatusCode::BAD_REQUEST && body.contains("stray_m: -1 is not within 0 to 500 m"),
+        "{body}"
+    );
     // Through a distant place it is longer; less depth than the guard demands is accepted with a warning.
     let by = json!({"points": [east, [63.4552, 10.3600], west]});
     let by: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &by).await.1).unwrap();
@@ -148,6 +165,120 @@ async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     assert!(shoal.length_m < found.length_m && !shoal.guarded);
     let guard = shoal.guard.unwrap();
     assert!(guard.code.starts_with("too-shallow") && (guard.number as usize) < shoal.legs.len(), "{guard:?}");
+}
+
+#[tokio::test]
+async fn a_question_says_how_far_it_has_come_and_ends_when_its_client_goes() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let set = shore.state.shore.charts.set().unwrap();
+    let progress = async |name: &str| shore.get(&format!("/api/v1/chart/route/{name}"), &token).await;
+    assert_eq!(progress("question-0").await.status, StatusCode::NOT_FOUND);
+    let mut called_off = 0;
+    // Each needs water of its own, which takes a tenth of a second and is kept once it is prepared. On a busy computer it may
+    // be ready before the client has gone: not five times.
+    for number in 1..=5 {
+        let (name, kept) = (format!("question-{number}"), set.router.kept().0);
+        let ask = json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "clearance_m": 100 + number, "progress": name});
+        let mut asked = Box::pin(route(&shore, &token, &ask));
+        let told = loop {
+            // A request gets as far as its planner by several steps.
+            let polled = asked.as_mut().poll(&mut Context::from_waker(Waker::noop()));
+            assert!(polled.is_pending(), "it is answered already");
+            let answer = progress(&name).await;
+            let told = serde_json::from_str::<SeaRouteProgress>(&answer.body);
+            match told {
+                Ok(told) if !told.waiting => break told,
+                _ => tokio::task::yield_now().await,
+            }
+        };
+        drop(asked);
+        assert_eq!((told.tiles, told.most_s as u32), (0, 90));
+        while progress(&name).await.status == StatusCode::OK {
+            tokio::task::yield_now().await;
+        }
+        called_off += usize::from(set.router.kept().0 == kept);
+    }
+    assert!(called_off > 0, "planning goes on for clients that have gone");
+    let bad = json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "progress": "a b"});
+    let (status, body) = route(&shore, &token, &bad).await;
+    assert!(status == StatusCode::BAD_REQUEST && body.contains("progress: give a name"), "{body}");
+}
+
+#[tokio::test]
+async fn a_route_says_which_traffic_it_meets_unless_that_is_not_minded() {
+    let shore = Shore::with(|data| {
+        archipelago(data);
+        // All of the detailed chart becomes a lane to the west. What keeps the boxes of areas in step needs functions that
+        // SQLite by itself does not have, and the boxes stay as they are.
+        let db = rusqlite::Connection::open(data.join("charts/chart.gpkg")).unwrap();
+        let mut triggers = db
+            .prepare("SELECT name FROM sqlite_master WHERE type = 'trigger' AND tbl_name = 'areas' AND sql LIKE '%ST_%'")
+            .unwrap();
+        let names: Vec<String> =
+            triggers.query_map([], |row| row.get(0)).unwrap().collect::<Result<_, _>>().unwrap();
+        for name in names {
+            db.execute(&format!("DROP TRIGGER {name}"), []).unwrap();
+        }
+        let lane = "UPDATE areas SET class = 'TSSLPT', class_code = 148, attributes = '{\"ORIENT\":\"270\"}' \
+                    WHERE class = 'M_QUAL' AND source = (SELECT id FROM cells WHERE name = 'XX5LUTRA')";
+        assert!(db.execute(lane, []).unwrap() > 0);
+    })
+    .await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let found = async |ask: Value| {
+        let (status, body) = route(&shore, &token, &ask).await;
+        assert_eq!(status, StatusCode::OK, "{body}");
+        serde_json::from_str::<SeaRouteAnswer>(&body).unwrap().route.unwrap()
+    };
+    let (east, west) = ([63.4455, 10.352], [63.4455, 10.314]);
+    let with = found(json!({"points": [east, west]})).await;
+    let met = |route: &api::SeaRoute, against: bool| {
+        let traffic = route.legs.iter().filter_map(|leg| leg.traffic.as_ref());
+        traffic.filter(|one| one.kind == "lane" && one.against == against).count()
+    };
+    assert!(met(&with, false) > 0 && met(&with, true) == 0, "{:?}", with.legs);
+    // The other way round it goes against the lane, or farther so as not to.
+    let back = found(json!({"points": [west, east]})).await;
+    assert!(
+        met(&back, true) > 0 || back.length_m > with.length_m + 10.0,
+        "{} {}",
+        back.length_m,
+        with.length_m
+    );
+    let careless = found(json!({"points": [east, west], "traffic_factor": 1})).await;
+    assert!(careless.legs.iter().all(|leg| leg.traffic.is_none()));
+    let bad = json!({"points": [east, west], "traffic_factor": 0.5});
+    let (status, body) = route(&shore, &token, &bad).await;
+    assert!(status == StatusCode::BAD_REQUEST && body.contains("factor of traffic"), "{body}");
+}
+
+#[tokio::test]
+async fn after_a_change_of_the_chart_the_water_that_was_asked_for_is_prepared_again() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let set = || shore.state.shore.charts.set().unwrap();
+    let ask = |clearance_m: f64| json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "clearance_m": clearance_m});
+    for clearance_m in [20.0, 30.0] {
+        assert_eq!(route(&shore, &token, &ask(clearance_m)).await.0, StatusCode::OK);
+    }
+    let before = set();
+    let asked = before.router.prepared();
+    assert_eq!(asked.len(), 2);
+    let (db, other) = (shore.data().join("charts/chart.gpkg"), shore.data().join("charts/other.gpkg"));
+    fs::copy(&db, &other).unwrap();
+    chartdb::remove(&other, &["XX4LUTRA".to_owned()], UtcTime::from_micros(0)).unwrap();
+    fs::rename(&other, &db).unwrap();
+    let (routing, charts) = (shore.state.shore.routing.clone(), shore.state.shore.charts.clone());
+    tokio::spawn(routing.keep_prepared(charts, shore.state.shore.stop.clone()));
+    shore.state.shore.charts.look();
+    assert_ne!(set().digest, before.digest);
+    // No route is asked for meanwhile. What is ready beforehand goes first where there is too much.
+    while set().router.kept().0 < 2 {
+        tokio::task::yield_now().await;
+    }
+    let again = set().router.prepared();
+    assert!(asked.iter().all(|one| again.contains(one)) && again.len() == 2, "{again:?}");
 }
 
 #[tokio::test]
@@ -259,6 +390,44 @@ fn stream() -> Value {
 }
 
 #[tokio::test]
+async fn a_file_of_currents_becomes_the_grid_that_a_route_is_asked_for_in() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let send = async |file: Vec<u8>| {
+        let request =
+            Request::post("/api/v1/chart/currents").header(header::CONTENT_TYPE, "application/octet-stream");
+        let answer = shore.send(bearer(request, &token), Body::from(file)).await;
+        (answer.status, answer.body)
+    };
+    let seed = |name: &str| {
+        fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds/geofile").join(name)).unwrap()
+    };
+    let (status, body) = send(seed("currents.csv")).await;
+    assert_eq!(status, StatusCode::OK, "{body}");
+    let csv: SeaRouteCurrentGrid = serde_json::from_str(&body).unwrap();
+    assert_eq!((csv.lats_deg, csv.lons_deg), (vec![63.0, 63.1], vec![10.0, 10.2]));
+    assert_eq!(csv.times_us, [1_795_240_800_000_000, 1_795_244_400_000_000]);
+    assert_eq!(csv.east_mps[3..5], [None, Some(0.5)]);
+    // NetCDF-3 of a wide water, in which a route is asked for.
+    let (status, body) = send(seed("currents.nc")).await;
+    assert_eq!(status, StatusCode::OK, "{body}");
+    let mut ask = json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "objective": "fastest"});
+    ask["current_grid"] = serde_json::from_str(&body).unwrap();
+    let (status, body) = route(&shore, &token, &ask).await;
+    assert_eq!(status, StatusCode::OK, "{body}");
+    for (bad, why) in [
+        (b"time,lat,lon,u,v".to_vec(), "Line 1: there is no column east_mps"),
+        (b"CDF\x01".to_vec(), "NetCDF: "),
+        (vec![0xff, 0xfe], "neither NetCDF nor text"),
+    ] {
+        let (status, body) = send(bad).await;
+        assert!(status == StatusCode::BAD_REQUEST && body.contains(why), "{status} {body}");
+    }
+    let (status, body) = send(vec![b'x'; (8 << 20) + 1]).await;
+    assert!(status == StatusCode::PAYLOAD_TOO_LARGE && body.contains("larger than 8 MB"), "{status} {body}");
+}
+
+#[tokio::test]
 async fn a_route_by_an_objective_stands_beside_the_shortest_and_costs_no_more() {
     let shore = Shore::with(archipelago).await;
     let token = shore.token(Some(7), Role::Viewer).await;
@@ -363,7 +532,8 @@ async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
     assert!(answer.route.unwrap().least_clearance_m.unwrap() >= passable_m);
     for (bad, why) in [
         (json!({"points": [[63.4, 10.3]]}), "points"),
-        (json!({"points": [[63.4, 10.3], [95, 10.3]]}), "is not a place"),
+        (json!({"points": [[63.4, 10.3], [63.4, 10.4], [95, 10.3]]}), "points[2]: 95, 10.3 is not a place"),
+        (json!({"points": [[63.4, 181], [63.4, 10.4]]}), "points[0]: 63.4, 181 is not a place"),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "clearance_m": -1}), "clearance"),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "least_depth_m": 1e9}), "least depth"),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "speed_mps": 0}), "speed_mps"),

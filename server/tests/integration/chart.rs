@@ -131,6 +131,9 @@ fn routes_are_planned_by_the_command_line() {
     let words = plan_route(&data, &ends);
     assert!(words.status.success(), "{}", String::from_utf8_lossy(&words.stderr));
     assert!(String::from_utf8_lossy(&words.stdout).contains("least depth 5.0 m"));
+    let warned = |output: &Output| String::from_utf8_lossy(&output.stderr).contains("vessel off its track");
+    assert!(warned(&words), "as the Otters' path monitor is set: {words:?}");
+    assert!(!warned(&plan_route(&data, &[&ends[..], &["--stray", "4"]].concat())));
     let plan = folder.path().join("route.json");
     let gpx = folder.path().join("route.gpx");
     for file in [&plan, &gpx] {

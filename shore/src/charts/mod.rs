@@ -11,6 +11,7 @@ mod cache;
 mod drawing;
 mod package;
 mod settings;
+mod traffic;
 pub(crate) mod verdict;
 
 pub use aboard::ChartsAboard;
@@ -18,6 +19,7 @@ pub use answer::{at, corridor, described, way_m};
 pub use areas::NoGo;
 pub use package::ChartPackage;
 pub use settings::Settings;
+pub use traffic::Traffic;
 pub use verdict::{Limits, told};
 
 use ::guard::GuardLimits;
@@ -29,7 +31,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use mission::Plan;
 use mission::check_plan;
-use planner::Router;
+use planner::{Cancel, PlanError, Prepared, Router};
 use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::MetadataExt as _;
@@ -60,6 +62,8 @@ struct Shared {
     areas: Areas,
     /// The chart that vessels are offered.
     offered: watch::Sender<Option<Arc<ChartPackage>>>,
+    /// Says that another set is in force.
+    changed: watch::Sender<()>,
 }
 
 /// The current set.
@@ -116,6 +120,10 @@ pub struct Set {
     pub index: Arc<DepthIndex>,
     /// Plans routes on it.
     pub router: Router,
+    /// Its areas of ordered traffic.
+    pub traffic: Traffic,
+    /// Water that routes were asked in on the set before, and that is to be prepared again; the last one is the next.
+    wanted: Mutex<Vec<Prepared>>,
     path: PathBuf,
     sheet: OnceLock<Sheet>,
     tiles: Mutex<Cache>,
@@ -133,6 +141,7 @@ impl Charts {
             seen: Mutex::default(),
             areas: Areas::default(),
             offered: watch::channel(None).0,
+            changed: watch::channel(()).0,
         }))
     }
 
@@ -149,6 +158,11 @@ impl Charts {
     /// The chart that vessels are offered, as it changes.
     pub fn offered(&self) -> watch::Receiver<Option<Arc<ChartPackage>>> {
         self.0.offered.subscribe()
+    }
+
+    /// Changes whenever another set is in force.
+    pub fn changes(&self) -> watch::Receiver<()> {
+        self.0.changed.subscribe()
     }
 
     /// Why the file cannot be used, if so.
@@ -226,6 +240,8 @@ impl Charts {
                         digest = set.digest,
                         "the chart set is in force"
                     );
+                    let before = before.set.as_ref().map(|old| old.water_to_prepare()).unwrap_or_default();
+                    *set.lock_wanted() = before;
                     Now { set: Some(Arc::new(set)), trouble: None }
                 }
             },
@@ -242,6 +258,7 @@ impl Charts {
         // Vessels keep their chart rather than get one without the closed areas.
         let withheld = now.set.as_ref().is_some_and(|set| self.0.areas.are_lacking(&set.charts));
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
+        self.0.changed.send_replace(());
         *seen = Seen { stamp, withheld, offer: if withheld { Offer::AsBefore } else { fresh } };
     }
 
@@ -339,10 +356,13 @@ fn load(path: &Path, cache_bytes: usize, sound: bool) -> chartdb::Result<(Set, L
         tracing::warn!("{why}; made again from the charts");
     }
     let index = Arc::new(loaded.sealed.index.clone());
+    let charts = ChartDb::open(path)?.charts()?;
     let set = Set {
         digest: hex::encode(loaded.sealed.digest),
-        charts: ChartDb::open(path)?.charts()?,
+        traffic: Traffic::new(path, charts.clone()),
+        charts,
         router: Router::new(Arc::clone(&index)),
+        wanted: Mutex::default(),
         index,
         path: path.to_owned(),
         sheet: OnceLock::new(),
@@ -358,6 +378,35 @@ impl Set {
     /// There is none, or it cannot be read.
     pub fn open(path: &Path, cache_bytes: usize) -> chartdb::Result<Arc<Self>> {
         load(path, cache_bytes, true).map(|(set, _)| Arc::new(set))
+    }
+
+    /// What is to be prepared on the set after this one, the next one last: what this one still waits for, and before that what
+    /// it has.
+    fn water_to_prepare(&self) -> Vec<Prepared> {
+        let (mut wanted, has) = (self.lock_wanted().clone(), self.router.prepared());
+        wanted.retain(|one| !has.contains(one));
+        wanted.extend(has.into_iter().rev());
+        wanted
+    }
+
+    /// Prepares the water again that routes were asked in on the set before, what was asked for last first.
+    ///
+    /// # Errors
+    /// When it was called off; it goes on where it ended.
+    pub(crate) fn prepare_water(&self, cancel: &Cancel<'_>) -> Result<(), PlanError> {
+        loop {
+            let Some(next) = self.lock_wanted().last().cloned() else { return Ok(()) };
+            let done = self.router.prepare(&next, cancel);
+            if !matches!(done, Err(PlanError::Cancelled)) {
+                // One that fails or takes too long is not tried again and again.
+                self.lock_wanted().retain(|one| *one != next);
+            }
+            done?;
+        }
+    }
+
+    fn lock_wanted(&self) -> std::sync::MutexGuard<'_, Vec<Prepared>> {
+        self.wanted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Charts that could not be drawn, and why.

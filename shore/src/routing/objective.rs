@@ -12,7 +12,7 @@ use units::UtcTime;
 /// Speed where none is asked for (m/s).
 const SPEED_MPS: f64 = 1.5;
 /// Most crossings of a grid of currents in a request.
-const MOST_CROSSINGS: usize = 100_000;
+pub(super) const MOST_CROSSINGS: usize = 100_000;
 
 /// The power of the vessel that plans are reckoned with.
 pub fn power() -> Power {
@@ -57,10 +57,12 @@ pub(super) fn objective(ask: &SeaRouteRequest, now: UtcTime) -> Result<Objective
         off_m: ask.prefer_off_m,
         factor: ask.prefer_factor.unwrap_or(usual.factor),
     };
+    let traffic_factor = ask.traffic_factor.unwrap_or(aimed(ask.objective, speed_mps).traffic_factor);
     let depart = ask.depart_us.map_or(now, UtcTime::from_micros);
     let limits = limits(&ask.zones)?;
     let aimed = aimed(ask.objective, speed_mps);
-    let objective = Objective { currents, preferences, limits, depart_s: depart.seconds(), ..aimed };
+    let depart_s = depart.seconds();
+    let objective = Objective { currents, preferences, limits, depart_s, traffic_factor, ..aimed };
     objective.validate().map_err(wrong::needs)?;
     Ok(objective)
 }
@@ -75,7 +77,7 @@ fn flow(SeaRouteCurrent { set_deg, drift_mps }: &SeaRouteCurrent) -> Result<Flow
     Ok(Flow::set_and_drift(set_deg.to_radians(), *drift_mps))
 }
 
-fn grid(of: &SeaRouteCurrentGrid) -> Result<CurrentGrid, Said> {
+pub(super) fn grid(of: &SeaRouteCurrentGrid) -> Result<CurrentGrid, Said> {
     if of.east_mps.len().max(of.north_mps.len()) > MOST_CROSSINGS {
         let text = say("there are more than {most} values; cut it to the area and the time of the route");
         return Err(text.with("most", MOST_CROSSINGS).into());

@@ -3847,6 +3847,10 @@ guarded: boolean,
  */
 guard: GuardReason | null, 
 /**
+ * Legs where danger is nearer than the vessel may be off its track; null where there is room everywhere.
+ */
+narrow: SeaRouteNarrow | null, 
+/**
  * Whether only part of the water was looked at in full, as the charts hold too much of it: other water may hold a shorter
  * route. Its legs are checked like those of any route.
  */
@@ -3905,6 +3909,11 @@ clearance_m: number | null,
  */
 turn_radius_m: number | null, 
 /**
+ * How far the vessel may be off its track before its path monitor ends the plan (m), 0 to 500: the route says where danger
+ * is nearer than that. Null for 25, as the Otters have it.
+ */
+stray_m: number | null, 
+/**
  * What the route is good for.
  */
 objective: SeaRouteObjective, 
@@ -3922,6 +3931,12 @@ prefer_off_m: number | null,
  * How many times as much such water costs, 1 to 100; null for 3. In water that is both, the two surcharges add.
  */
 prefer_factor: number | null, 
+/**
+ * How many times as much a metre costs in traffic lanes, separation zones and deep-water routes of the chart, 1 to 100; the
+ * surcharge is twice as large straight against the direction of a lane. The route keeps out of them where the way round is
+ * not far. 1 does not mind them; null for 3.
+ */
+traffic_factor: number | null, 
 /**
  * Speed through the water that time and energy are reckoned with (m/s); null for 1.5. For the least energy the greatest
  * one.
@@ -3953,7 +3968,22 @@ alternatives: number,
  * If no route exists, look for a smaller depth and clearance that give one, and for what is in the way; it can take some
  * seconds.
  */
-explain: boolean, };
+explain: boolean, 
+/**
+ * A name for this question, 8 to 64 letters, digits and hyphens that no other question has: as long as it is worked on,
+ * `GET /api/v1/chart/route/{name}` says how far it has come. Null for none.
+ */
+progress: string | null, };
+
+export type SeaRouteTraffic = { 
+/**
+ * `lane`, `separation_zone`, `junction` or `deep_water`.
+ */
+kind: string, 
+/**
+ * Whether the leg leads against the direction of the lane.
+ */
+against: boolean, };
 
 export type SeaRouteZone = { 
 /**
@@ -4024,6 +4054,10 @@ duration_s: number | null,
  */
 limit_mps: number | null, 
 /**
+ * The ordered traffic that the leg enters or touches, where it is minded; null for none.
+ */
+traffic: SeaRouteTraffic | null, 
+/**
  * Energy from the battery (Wh); null where the current is too strong or not known.
  */
 energy_wh: number | null, 
@@ -4062,6 +4096,28 @@ distance_m: number,
  * Why, for people.
  */
 text: string, };
+
+export type SeaRouteNarrow = { 
+/**
+ * Distance that leaves room (m): how far the vessel may be off its track, its hull, and the uncertainty of its position.
+ */
+needed_m: number, 
+/**
+ * The narrowest leg, by its number from 0.
+ */
+leg: number, 
+/**
+ * Its distance to the nearest danger, land or shallow water (m).
+ */
+least_m: number, 
+/**
+ * How many legs they are.
+ */
+legs: number, 
+/**
+ * How long they are together (m).
+ */
+length_m: number, };
 
 export type SeaRouteClosed = { 
 /**
@@ -4116,6 +4172,28 @@ by_rule_alone: boolean,
  * Whether there is one without the areas that the request itself avoids or keeps within.
  */
 by_zones_alone: boolean, };
+
+export type SeaRouteProgress = { 
+/**
+ * Other routes are planned before it.
+ */
+waiting: boolean, 
+/**
+ * Tiles of the chart that were searched for it; 0 as long as it is not known to be a long way.
+ */
+tiles: number, 
+/**
+ * The search stops after so many; 0 as long as it is not known to be a long way. Most ways are found long before.
+ */
+most_tiles: number, 
+/**
+ * Time since it was asked (s).
+ */
+spent_s: number, 
+/**
+ * Planning stops after so long (s), without the time that it waited.
+ */
+most_s: number, };
 
 export type SeaRouteRefusal = { 
 /**

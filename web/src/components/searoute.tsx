@@ -1,9 +1,9 @@
 // The panel of a route on the sea chart: what is asked of the water, what came of it, and what to do with it.
 
 import type { Signal } from "@preact/signals";
-import type { PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteObjective, SeaRoutePassable } from "../api/types.gen";
+import type { PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteObjective, SeaRoutePassable, SeaRouteProgress } from "../api/types.gen";
 import { hasRoom, type SlowArea } from "../state/avoided";
-import { energyOf, remarks, routeName, routesOf, routeText, savedText } from "../state/searoute";
+import { energyOf, progressText, remarks, routeName, routesOf, routeText, savedText } from "../state/searoute";
 import { timeWrong } from "../state/takeout";
 import { t } from "../words/words";
 import { WhenField } from "./when";
@@ -20,12 +20,17 @@ export interface SeaRouteModel {
   readonly deeper: Signal<number>;
   /** Water farther than this from land and shoals is preferred, m; 0 for no preference. */
   readonly off: Signal<number>;
+  /** The route keeps out of traffic lanes where the way round is not far. */
+  readonly traffic: Signal<boolean>;
   /** Where the current flows to (°) and how fast (m/s); 0 for still water. */
   readonly set: Signal<number>;
   readonly drift: Signal<number>;
   /** A grid of currents, in place of a steady one, and the name of its file. */
   readonly grid: Signal<SeaRouteCurrentGrid | undefined>;
   readonly gridName: Signal<string>;
+  /** What is wrong with the file that was chosen last; empty where nothing is. The other: a file is being read. */
+  readonly gridWrong: Signal<string>;
+  readonly gridBusy: Signal<boolean>;
   /** When the route begins, as it was typed; empty for now. */
   readonly depart: Signal<string>;
   readonly answer: Signal<SeaRouteAnswer | undefined>;
@@ -33,8 +38,9 @@ export interface SeaRouteModel {
   readonly way: Signal<number>;
   readonly trouble: Signal<string>;
   readonly busy: Signal<boolean>;
-  /** The answer takes longer than usual. */
+  /** The answer takes longer than usual, and how far it has come as soon as the server has said so. */
   readonly long: Signal<boolean>;
+  readonly progress: Signal<SeaRouteProgress | undefined>;
   /** Areas to avoid. */
   readonly avoid: Signal<readonly (readonly PlanPlace[])[]>;
   /** Areas with a speed limit, and which limit was typed wrong, if one was. */
@@ -49,10 +55,13 @@ export interface SeaRouteModel {
 export interface SeaRouteActions {
   ask(): void;
   aim(objective: SeaRouteObjective): void;
+  traffic(minded: boolean): void;
   /** Reads a grid of currents; undefined for no grid. */
   currents(file: File | undefined): void;
   depart(text: string): void;
   explain(): void;
+  /** Leaves the question that is on its way. */
+  stop(): void;
   take(): void;
   /** What is said of the plan's speed, where it is not the route's; else empty. */
   keptSpeed(route: SeaRoute): string;
@@ -90,8 +99,15 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       <Aims model={model} act={act} />
       <Wanted label={t("Prefer deeper than (0: no preference)")} id="sea-route-deeper" unit="m" value={model.deeper} most={100} limit={12_000} step={1} then={act.ask} />
       <Wanted label={t("Prefer farther off than (0: no preference)")} id="sea-route-off" unit="m" value={model.off} most={300} limit={500} step={5} then={act.ask} />
+      <label class="row"><input id="sea-route-traffic" type="checkbox" checked={model.traffic.value} onChange={(event) => act.traffic(event.currentTarget.checked)} /> {t("Keep out of traffic lanes where the way round is short")}</label>
       <Currents model={model} act={act} />
       <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : planning(model)}</p>
+      {model.long.value && (
+        <p class="row">
+          <span class="num">{model.progress.value ? progressText(model.progress.value) : ""}</span>
+          <button type="button" onClick={act.stop}>{t("Stop planning")}</button>
+        </p>
+      )}
       <Ways answer={answer.value} model={model} act={act} />
       {answer.value && savedText(answer.value) && <p class="note num">{savedText(answer.value)}</p>}
       {answer.value && remarks({ route, refusal: answer.value.refusal }).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
@@ -150,7 +166,9 @@ function Currents({ model, act }: { readonly model: SeaRouteModel; readonly act:
       <>
         <Wanted label={t("Current (0: still water)")} id="sea-route-drift" unit="m/s" value={model.drift} most={2} limit={10} step={0.1} then={act.ask} />
         {model.drift.value > 0 && <Wanted label={t("The current flows to")} id="sea-route-set" unit="°" value={model.set} most={360} limit={360} step={5} then={act.ask} />}
-        <p class="row"><label class="button">{t("Current from a CSV file …")}<input class="hidden" type="file" accept=".csv,text/csv" onChange={(event) => file(event.currentTarget)} /></label></p>
+        <p class="row"><label class="button">{t("Current from a file (CSV, NetCDF) …")}<input class="hidden" type="file" accept=".csv,.nc,text/csv,application/x-netcdf" aria-invalid={model.gridWrong.value !== ""} aria-describedby="sea-route-currents-wrong" onChange={(event) => file(event.currentTarget)} /></label></p>
+        {model.gridBusy.value && <p class="note" role="status">{t("Reading the file …")}</p>}
+        <p id="sea-route-currents-wrong" class="note bad" role="alert">{model.gridWrong.value}</p>
       </>
     );
   }

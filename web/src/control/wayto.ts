@@ -14,7 +14,7 @@ const STAY_M = 10;
 
 /** The route from where a vessel is; undefined where there is no chart to find one on. */
 export async function routeTo(vessel: number, from: Fix, to: readonly [number, number], speed_mps: number): Promise<SeaRouteAnswer | undefined> {
-  const ask: SeaRouteRequest = { points: [[from.lat_deg, from.lon_deg], [to[0], to[1]]], vessel, speed_mps, least_depth_m: null, clearance_m: null, turn_radius_m: null, objective: "shortest", prefer_depth_m: null, prefer_off_m: null, prefer_factor: null, zones: [], current: null, current_grid: null, depart_us: null, alternatives: 0, explain: false };
+  const ask: SeaRouteRequest = { points: [[from.lat_deg, from.lon_deg], [to[0], to[1]]], vessel, speed_mps, least_depth_m: null, clearance_m: null, turn_radius_m: null, stray_m: null, objective: "shortest", prefer_depth_m: null, prefer_off_m: null, prefer_factor: null, traffic_factor: null, zones: [], current: null, current_grid: null, depart_us: null, alternatives: 0, explain: false, progress: null };
   try {
     return await postJson<SeaRouteAnswer>("/api/v1/chart/route", PATIENCE_MS, ask);
   } catch (error) {

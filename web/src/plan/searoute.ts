@@ -3,15 +3,15 @@
 
 import { signal } from "@preact/signals";
 import { h } from "preact";
-import { postJson, reason } from "../api/http";
-import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteObjective, SeaRouteRequest } from "../api/types.gen";
+import { getJson, postJson, reason } from "../api/http";
+import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteObjective, SeaRouteProgress, SeaRouteRequest } from "../api/types.gen";
 import { SeaRoutePanel, type SeaRouteModel } from "../components/searoute";
 import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
 import { type Around, keptSpeedText, placesOfRoute, routesOf, speedFor, stretchAt, withRoute, withWayAround } from "../state/searoute";
-import { type CurrentsOfFile, currentsOfCsv, MOST_BYTES } from "../state/currents";
 import { isTime, pickedUs } from "../state/takeout";
+import { newKey } from "../state/window";
 import { type Area, crosses, hasRoom, keepAreas, keepSlow, keptAreas, keptSlow, limitWrong, type SlowArea, zonesOf } from "../state/avoided";
 import { same } from "../state/plan";
 import { t } from "../words/words";
@@ -21,6 +21,12 @@ import type { PlanEditing } from "./editing";
 const PATIENCE_MS = 100_000;
 /** What takes longer than this is a long route, whose water is searched for the first time. */
 const LONG_MS = 3_000;
+/** How often the page asks how far a long route has come. */
+const PROGRESS_MS = 1_000;
+/** A file of currents comes by a slow link. */
+const FILE_PATIENCE_MS = 120_000;
+/** Larger files are not taken by the server, bytes. */
+const MOST_BYTES = 8 * 2 ** 20;
 /** Of an area with a speed limit that was just drawn, m/s. */
 const LIMIT_MPS = 1;
 const MOST_PLACES = 50;
@@ -45,7 +51,7 @@ export class SeaRouteTool {
   private chosen: PlanPlace[] = [];
   private around: Around | undefined;
   private readonly onMap: SeaRouteOnMap;
-  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), off: signal(0), set: signal(0), drift: signal(0), grid: signal(undefined), gridName: signal(""), depart: signal(""), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), long: signal(false), avoid: signal([]), slow: signal([]), limitWrong: signal(undefined), drawing: signal(undefined), around: signal("") };
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), objective: signal("shortest"), deeper: signal(0), off: signal(0), traffic: signal(true), set: signal(0), drift: signal(0), grid: signal(undefined), gridName: signal(""), gridWrong: signal(""), gridBusy: signal(false), depart: signal(""), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), long: signal(false), progress: signal(undefined), avoid: signal([]), slow: signal([]), limitWrong: signal(undefined), drawing: signal(undefined), around: signal("") };
   /** A place is under the hand. */
   private dragging = false;
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
@@ -55,6 +61,8 @@ export class SeaRouteTool {
   private version = 0;
   /** Ends the question that is on its way. */
   private leaving = new AbortController();
+  /** Ends the reading of a file of currents. */
+  private reading = new AbortController();
   /** The departure of the last valid text, µs since 1970; null for now. */
   private departUs: number | null = null;
 
@@ -69,6 +77,10 @@ export class SeaRouteTool {
         this.model.objective.value = objective;
         this.anew();
       },
+      traffic: (minded: boolean) => {
+        this.model.traffic.value = minded;
+        this.anew();
+      },
       currents: (file: File | undefined) => void this.currents(file),
       depart: (text: string) => {
         this.model.depart.value = text;
@@ -77,6 +89,7 @@ export class SeaRouteTool {
         this.anew();
       },
       explain: () => void this.explain(),
+      stop: () => this.stop(),
       take: () => this.take(),
       keptSpeed: (route: SeaRoute) => this.keptSpeed(route),
       choose: (way: number) => this.choose(way),
@@ -143,6 +156,8 @@ export class SeaRouteTool {
   close(): void {
     this.version++;
     this.leaving.abort();
+    this.reading.abort();
+    [this.model.gridWrong.value, this.model.gridBusy.value] = ["", false];
     this.model.open.value = false;
     [this.chosen, this.around] = [[], undefined];
     [this.model.answer.value, this.model.drawing.value] = [undefined, undefined];
@@ -246,14 +261,31 @@ export class SeaRouteTool {
     else this.slowAreas(this.model.slow.value.map((area, at) => (at === index ? { ...area, most_mps: Number(text) } : area)));
   }
 
+  /** Has the server read a file of currents; what is wrong with it is said at its field. */
   private async currents(file: File | undefined): Promise<void> {
-    const { grid, gridName, trouble } = this.model;
-    const tooLarge = { wrong: t("The file is larger than {most} MB: take out what is not needed.", { most: MOST_BYTES / 2 ** 20 }) };
-    const read: CurrentsOfFile = !file ? { wrong: "" } : file.size > MOST_BYTES ? tooLarge : currentsOfCsv(await file.text());
-    trouble.value = read.wrong;
-    if (read.wrong) return;
-    [grid.value, gridName.value] = [read.grid, file?.name ?? ""];
-    this.anew();
+    const { grid, gridName, gridWrong, gridBusy } = this.model;
+    this.reading.abort();
+    const reading = (this.reading = new AbortController());
+    gridWrong.value = "";
+    if (!file) {
+      [grid.value, gridName.value, gridBusy.value] = [undefined, "", false];
+      return this.anew();
+    }
+    if (file.size > MOST_BYTES) {
+      gridWrong.value = t("The file is larger than {most} MB: take out what is not needed.", { most: MOST_BYTES / 2 ** 20 });
+      return;
+    }
+    gridBusy.value = true;
+    try {
+      const read = await postJson<SeaRouteCurrentGrid>("/api/v1/chart/currents", FILE_PATIENCE_MS, file, reading.signal);
+      if (reading.signal.aborted) return;
+      [grid.value, gridName.value] = [read, file.name];
+      this.anew();
+    } catch (error) {
+      if (!reading.signal.aborted) gridWrong.value = reason(error);
+    } finally {
+      if (!reading.signal.aborted) gridBusy.value = false;
+    }
   }
 
   private question(explain: boolean): SeaRouteRequest {
@@ -266,10 +298,12 @@ export class SeaRouteTool {
       least_depth_m: this.model.depth.value,
       clearance_m: this.model.clearance.value,
       turn_radius_m: null,
+      stray_m: null,
       objective: this.model.objective.value,
       prefer_depth_m: this.model.deeper.value > this.model.depth.value ? this.model.deeper.value : null,
       prefer_off_m: this.model.off.value > this.model.clearance.value ? this.model.off.value : null,
       prefer_factor: null,
+      traffic_factor: this.model.traffic.value ? null : 1,
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
       zones: zonesOf(this.model.avoid.value, this.model.slow.value),
       current: !grid && drift.value > 0 ? { set_deg: set.value, drift_mps: drift.value } : null,
@@ -278,7 +312,15 @@ export class SeaRouteTool {
       // Under the hand the one route is asked for, as often as can be; with places to pass a person has chosen already.
       alternatives: this.dragging || this.chosen.length > 2 ? 0 : ALTERNATIVES,
       explain,
+      progress: null,
     };
+  }
+
+  /** Leaves the question that is on its way: the server stops planning. */
+  private stop(): void {
+    this.version++;
+    this.again = false;
+    this.leaving.abort();
   }
 
   /** Asks what was never asked: an answer that is still on its way is of something else. */
@@ -309,20 +351,39 @@ export class SeaRouteTool {
   private async send(explain: boolean): Promise<void> {
     const { model, version } = this;
     const leaving = (this.leaving = new AbortController());
-    const long = setTimeout(() => (model.long.value = true), LONG_MS);
+    const following = new AbortController();
+    const name = newKey();
+    const long = setTimeout(() => {
+      model.long.value = true;
+      void this.follow(name, following.signal);
+    }, LONG_MS);
     const question = this.question(explain);
     // While a place is dragged the answer to where it was just now is shown; what would do is looked for once.
     const isOfNow = (): boolean => this.open && version === this.version && (!explain || same(question, this.question(true)));
     model.busy.value = true;
     try {
-      const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", PATIENCE_MS, question, leaving.signal);
+      const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", PATIENCE_MS, { ...question, progress: name }, leaving.signal);
       if (isOfNow()) [model.way.value, model.answer.value, model.trouble.value] = [0, answer, ""];
     } catch (error) {
       if (isOfNow()) [model.answer.value, model.trouble.value] = [undefined, reason(error)];
     }
     clearTimeout(long);
-    [model.busy.value, model.long.value] = [false, false];
+    following.abort();
+    [model.busy.value, model.long.value, model.progress.value] = [false, false, undefined];
     this.draw();
+  }
+
+  /** Shows how far a question has come, until it is answered. */
+  private async follow(name: string, signal: AbortSignal): Promise<void> {
+    while (!signal.aborted) {
+      try {
+        const progress = await getJson<SeaRouteProgress>(`/api/v1/chart/route/${name}`, signal);
+        if (!signal.aborted) this.model.progress.value = progress;
+      } catch {
+        // It was answered meanwhile, or its own request says that the server is not reached.
+      }
+      await new Promise((resolve) => setTimeout(resolve, PROGRESS_MS));
+    }
   }
 
   private draw(): void {

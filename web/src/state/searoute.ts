@@ -1,7 +1,7 @@
 // A route on the sea chart between places that a person chose: what is asked, in what words it is answered, and how it
 // becomes part of a plan. No page in it.
 
-import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteGaveUp, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteRefusal } from "../api/types.gen";
+import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteGaveUp, SeaRouteMoved, SeaRouteObjective, SeaRoutePassable, SeaRouteProgress, SeaRouteRefusal } from "../api/types.gen";
 import { t } from "../words/words";
 import { depthText } from "./chart";
 import { KINDS } from "./plan";
@@ -22,6 +22,14 @@ export function canGoAround(reason: GuardReason): boolean {
 
 export function placesOfRoute(route: SeaRoute): PlanPlace[] {
   return route.points.map(([lat_deg, lon_deg]) => ({ lat_deg, lon_deg }));
+}
+
+/** How far a question has come: what the server knows, and not how long it still takes, which it cannot know. */
+export function progressText({ waiting, tiles, most_tiles, spent_s }: SeaRouteProgress): string {
+  const seconds = Math.round(spent_s);
+  if (waiting) return t("Waiting for other routes: {seconds} s", { seconds });
+  if (tiles > 0) return t("Searched {tiles} tiles of the chart, of {most} at most: {seconds} s", { tiles, most: most_tiles, seconds });
+  return t("Preparing the water: {seconds} s", { seconds });
 }
 
 /** All routes of an answer: the one that was asked for, the shortest, then those that pass islands and shoals on the other side. */
@@ -105,7 +113,26 @@ export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refu
   const { guard } = route;
   const slow = route.legs.some(({ limit_mps }) => typeof limit_mps === "number") ? [t("The route enters areas with a speed limit. Time and energy are reckoned with it; the plan has one speed for the whole path: split it, or set a speed within the limit.")] : [];
   const part = route.part_only ? [t("The charts hold so much here that only part of the water was looked at. A shorter route may lead elsewhere: add places to pass to lead it there.")] : [];
-  return [...route.moved.map(movedText), ...part, ...slow, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+  return [...route.moved.map(movedText), ...part, ...narrowTexts(route), ...trafficTexts(route), ...slow, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+}
+
+/** Which legs lead through ordered traffic. */
+function trafficTexts({ legs }: SeaRoute): string[] {
+  return legs.flatMap(({ traffic }, index) => {
+    if (!traffic) return [];
+    const number = index + 1;
+    if (traffic.against) return [t("Leg {number} leads against the direction of a traffic lane.", { number })];
+    if (traffic.kind === "lane") return [t("Leg {number} leads through a traffic lane.", { number })];
+    if (traffic.kind === "deep_water") return [t("Leg {number} leads through a deep-water route.", { number })];
+    return [traffic.kind === "junction" ? t("Leg {number} leads through a junction of traffic lanes.", { number }) : t("Leg {number} leads through a traffic separation zone.", { number })];
+  });
+}
+
+/** Where the water has no room for a vessel that is off its track. */
+function narrowTexts({ narrow }: SeaRoute): string[] {
+  if (!narrow) return [];
+  const { legs, leg, least_m, needed_m } = narrow;
+  return [t("On {legs} legs danger is nearer than the {needed} m that a vessel needs before its path monitor ends a plan off the track: {least} m from leg {number}. Keep clear by more, or prefer water farther off.", { legs, needed: Math.round(needed_m), least: Math.round(least_m), number: leg + 1 })];
 }
 
 function movedText({ end, via, distance_m }: SeaRouteMoved): string {

@@ -124,6 +124,16 @@ impl ObjectClass {
     pub const UWTROC: Self = Self(153);
     /// `UNSARE`.
     pub const UNSARE: Self = Self(154);
+    /// `DWRTPT`.
+    pub const DWRTPT: Self = Self(41);
+    /// `TSSCRS`.
+    pub const TSSCRS: Self = Self(147);
+    /// `TSSLPT`.
+    pub const TSSLPT: Self = Self(148);
+    /// `TSSRON`.
+    pub const TSSRON: Self = Self(149);
+    /// `TSEZNE`.
+    pub const TSEZNE: Self = Self(150);
     /// `WRECKS`.
     pub const WRECKS: Self = Self(159);
     /// `M_COVR`.
@@ -179,6 +189,8 @@ impl AttributeCode {
     pub const EXPSOU: Self = Self(93);
     /// `OBJNAM`.
     pub const OBJNAM: Self = Self(116);
+    /// `ORIENT`.
+    pub const ORIENT: Self = Self(117);
     /// `QUASOU`.
     pub const QUASOU: Self = Self(125);
     /// `RESTRN`.

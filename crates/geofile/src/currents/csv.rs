@@ -1,10 +1,9 @@
 //! Currents in CSV: a line for each crossing of the grid.
 
-use super::{CurrentField, CurrentsError, MOST_CROSSINGS};
+use super::{COLUMNS, CurrentField, CurrentsError, LineTrouble, MOST_CROSSINGS};
 use std::collections::BTreeSet;
 use units::UtcTime;
 
-const COLUMNS: [&str; 5] = ["time", "lat", "lon", "east_mps", "north_mps"];
 /// Most lines of a file.
 const MOST_LINES: usize = 2_000_000;
 /// Of the crossings of a grid at least one in so many has a line: scattered points are not a grid.
@@ -25,31 +24,24 @@ pub(super) fn read(text: &str) -> Result<CurrentField, CurrentsError> {
     let mut rows = Vec::new();
     for (line, text) in lines {
         if rows.len() == MOST_LINES {
-            return Err(wrong(
-                line,
-                &format!("the file has more than {MOST_LINES} lines; cut it to the area and the time"),
-            ));
+            return Err(wrong(line, LineTrouble::TooMany { most: MOST_LINES }));
         }
         rows.push(row(line, text, columns)?);
     }
     field(&rows)
 }
 
-fn wrong(line: usize, what: &str) -> CurrentsError {
-    CurrentsError::Line { line, what: what.to_owned() }
+fn wrong(line: usize, trouble: LineTrouble) -> CurrentsError {
+    CurrentsError::Line { line, trouble }
 }
 
 /// In which column each value stands.
 fn columns(heading: &str) -> Result<[usize; 5], CurrentsError> {
     let names: Vec<String> = heading.split(',').map(|name| name.trim().to_ascii_lowercase()).collect();
     let mut found = [0; 5];
-    for (at, wanted) in found.iter_mut().zip(COLUMNS) {
-        *at = names.iter().position(|name| name == wanted).ok_or_else(|| {
-            wrong(
-                1,
-                &format!("the heading has no column {wanted}; begin the file with {}", COLUMNS.join(",")),
-            )
-        })?;
+    for (at, name) in found.iter_mut().zip(COLUMNS) {
+        let column = names.iter().position(|one| one == name);
+        *at = column.ok_or_else(|| wrong(1, LineTrouble::NoColumn { name }))?;
     }
     Ok(found)
 }
@@ -58,47 +50,30 @@ fn row(line: usize, text: &str, columns: [usize; 5]) -> Result<Row, CurrentsErro
     let cells: Vec<&str> = text.split(',').map(str::trim).collect();
     let mut values = [""; 5];
     for ((value, column), name) in values.iter_mut().zip(columns).zip(COLUMNS) {
-        *value = cells.get(column).ok_or_else(|| {
-            wrong(
-                line,
-                &format!(
-                    "there is no {name}: it has {} columns; write one for each in the heading",
-                    cells.len()
-                ),
-            )
-        })?;
+        let short = || wrong(line, LineTrouble::Short { name, columns: cells.len() });
+        *value = cells.get(column).ok_or_else(short)?;
     }
     let [time, lat, lon, east, north] = values;
-    let time_us = time.parse::<UtcTime>().map_err(|_| {
-        wrong(line, &format!("time: {} is not a time such as 2026-11-21T07:00:00Z", short(time)))
-    })?;
-    let degrees = |name: &str, text: &str, least: f64, most: f64| {
-        let number = text.parse().ok().filter(|degrees| (least..=most).contains(degrees));
-        number.ok_or_else(|| {
-            wrong(line, &format!("{name}: {} is not within {least} to {most} degrees", short(text)))
-        })
+    let time_us =
+        time.parse::<UtcTime>().map_err(|_| wrong(line, LineTrouble::NoTime { text: short(time) }))?;
+    let degrees = |name: &'static str, text: &str, least: i16, most: i16| {
+        let within = f64::from(least)..=f64::from(most);
+        let number = text.parse().ok().filter(|degrees| within.contains(degrees));
+        number.ok_or_else(|| wrong(line, LineTrouble::NoDegrees { name, text: short(text), least, most }))
     };
-    let speed = |name: &str, text: &str| {
+    let speed = |name: &'static str, text: &str| {
         if text.is_empty() || text.eq_ignore_ascii_case("nan") {
             return Ok(f32::NAN);
         }
         let number = text.parse().ok().filter(|mps: &f32| mps.is_finite());
-        number.ok_or_else(|| {
-            wrong(
-                line,
-                &format!(
-                    "{name}: {} is not a speed in m/s; leave it empty where it is not known",
-                    short(text)
-                ),
-            )
-        })
+        number.ok_or_else(|| wrong(line, LineTrouble::NoSpeed { name, text: short(text) }))
     };
     Ok(Row {
         line,
         time_us: time_us.micros(),
-        lat_deg: degrees("lat", lat, -90.0, 90.0)?,
-        lon_deg: degrees("lon", lon, -180.0, 360.0)?,
-        flow_mps: [speed("east_mps", east)?, speed("north_mps", north)?],
+        lat_deg: degrees(COLUMNS[1], lat, -90, 90)?,
+        lon_deg: degrees(COLUMNS[2], lon, -180, 360)?,
+        flow_mps: [speed(COLUMNS[3], east)?, speed(COLUMNS[4], north)?],
     })
 }
 
@@ -114,17 +89,11 @@ fn field(rows: &[Row]) -> Result<CurrentField, CurrentsError> {
     let (rows_of, columns) = (lats_deg.len(), lons_deg.len());
     let crossings = times.len().saturating_mul(rows_of).saturating_mul(columns);
     if rows_of < 2 || columns < 2 {
-        return Err(CurrentsError::Grid(format!(
-            "the file has {rows_of} latitudes and {columns} longitudes; a grid has two of each or more"
-        )));
+        return Err(CurrentsError::TooFew { lats: rows_of, lons: columns });
     }
     if crossings > MOST_CROSSINGS || crossings > rows.len().saturating_mul(SPARSEST) {
-        return Err(CurrentsError::Grid(format!(
-            "{} times, {rows_of} latitudes and {columns} longitudes make {crossings} crossings, and the file has {} lines: give \
-             points on a grid of latitudes and longitudes, {MOST_CROSSINGS} at most",
-            times.len(),
-            rows.len()
-        )));
+        let (times, lines) = (times.len(), rows.len());
+        return Err(CurrentsError::Scattered { times, lats: rows_of, lons: columns, crossings, lines });
     }
     let mut first_line = vec![0_usize; crossings];
     let mut flows = vec![[f32::NAN; 2]; crossings];
@@ -133,10 +102,7 @@ fn field(rows: &[Row]) -> Result<CurrentField, CurrentsError> {
         let time = times.partition_point(|time| *time < row.time_us);
         let at = (time * rows_of + place(&lats_deg, row.lat_deg)) * columns + place(&lons_deg, row.lon_deg);
         if first_line[at] != 0 {
-            return Err(wrong(
-                row.line,
-                &format!("the same time and place as in line {}; remove one", first_line[at]),
-            ));
+            return Err(wrong(row.line, LineTrouble::Twice { first: first_line[at] }));
         }
         (first_line[at], flows[at]) = (row.line, row.flow_mps);
     }

@@ -23,11 +23,17 @@ pub(crate) fn by_a_star(grid: &ClassicGrid, [from, to]: [LatLon; 2]) {
     }
 }
 
-/// Writes a line of JSON, then a byte for each cell: 1 where it is open.
-pub(crate) fn write(file: &Path, grid: &ClassicGrid, spacing_m: f64, ends: [LatLon; 2]) {
+/// Writes a line of JSON, then a byte for each cell: 1 where it is open. Planners that take lines find them in the head.
+pub(crate) fn write(
+    file: &Path,
+    grid: &ClassicGrid,
+    spacing_m: f64,
+    ends: [LatLon; 2],
+    lines: &serde_json::Value,
+) {
     let ([columns, rows], open) = grid.cells();
     let [from, to] = ends.map(|end| grid.cell_of(end).unwrap());
-    let head = serde_json::json!({ "columns": columns, "rows": rows, "spacing_m": spacing_m, "from": from, "to": to });
+    let head = serde_json::json!({ "columns": columns, "rows": rows, "spacing_m": spacing_m, "from": from, "to": to, "lines": lines });
     let mut bytes = format!("{head}\n").into_bytes();
     bytes.extend(open.iter().map(|open| u8::from(*open)));
     std::fs::write(file, bytes).unwrap();

@@ -5,5 +5,6 @@
 mod long;
 mod objectives;
 mod routes;
+mod traffic;
 mod waters;
 mod weighed;

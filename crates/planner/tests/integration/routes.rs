@@ -255,6 +255,57 @@ fn an_island_is_rounded_on_the_shorter_side() {
 }
 
 #[test]
+fn legs_without_room_for_a_vessel_off_its_track_are_named() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(100.0, 0.0), 400.0, 32);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let route = ask(&router(&sea), at(0.0, -1500.0), at(0.0, 1500.0), &needs).unwrap();
+    assert_eq!(route.narrow(25.0), None);
+    let narrow = route.narrow(60.0).unwrap();
+    let near: Vec<f64> =
+        route.legs.iter().filter_map(|leg| leg.clearance_m).filter(|clear_m| *clear_m < 60.0).collect();
+    assert_eq!((narrow.legs, Some(narrow.least_m)), (near.len(), route.least_clearance_m()));
+    assert_eq!(route.legs[narrow.leg].clearance_m, Some(narrow.least_m));
+    assert!(narrow.length_m > 0.0 && narrow.length_m <= route.length_m);
+    // All of it may be too narrow.
+    let all = route.narrow(5_000.0).unwrap();
+    assert!(all.legs == route.legs.len() && (all.length_m - route.length_m).abs() < 1e-6);
+}
+
+#[test]
+fn water_of_one_chart_is_prepared_on_the_next_in_the_room_that_is_left() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(100.0, 0.0), 400.0, 32);
+    let changed = sea.clone().with(Ground::Land, at(-900.0, 0.0), 200.0, 12);
+    let (before, after) = (router(&sea), router(&changed).keeping(3));
+    let needs = |clearance_m: f64| Needs::depth_and_clearance(5.0, clearance_m);
+    let (from, to) = (at(0.0, -1500.0), at(0.0, 1500.0));
+    for clearance_m in [10.0, 20.0, 30.0, 10.0] {
+        ask(&before, from, to, &needs(clearance_m)).unwrap();
+    }
+    let wanted = before.prepared();
+    assert_eq!(wanted.len(), 3);
+    // One that is called off leaves nothing.
+    assert!(after.prepare(&wanted[0], &Cancel::unless(&|| false)).is_err());
+    assert_eq!(after.kept().0, 0);
+    // What was asked for last comes first: 10 m, which a question finds ready.
+    assert!(after.prepare(&wanted[0], &Cancel::never()).unwrap());
+    assert!(!after.prepare(&wanted[0], &Cancel::never()).unwrap(), "it is ready");
+    let route = ask(&after, from, to, &needs(10.0)).unwrap();
+    assert!(after.kept().0 == 1 && is_safe(&route, after.index(), &needs(10.0)));
+    // It pushes nothing out, and goes first itself.
+    ask(&after, from, to, &needs(15.0)).unwrap();
+    assert!(after.prepare(&wanted[1], &Cancel::never()).unwrap());
+    assert!(!after.prepare(&wanted[2], &Cancel::never()).unwrap(), "three are kept");
+    ask(&after, from, to, &needs(16.0)).unwrap();
+    assert!(after.kept().0 == 3 && after.prepared()[2] == wanted[0], "30 m went");
+    // Regions are not those of a chart that is prepared as a whole.
+    let by_regions = Router::by_regions(Arc::new(changed.index()));
+    assert!(!by_regions.prepare(&wanted[0], &Cancel::never()).unwrap());
+    ask(&by_regions, from, to, &needs(10.0)).unwrap();
+    let next = Router::by_regions(Arc::new(sea.index()));
+    assert!(next.prepare(&by_regions.prepared()[0], &Cancel::never()).unwrap());
+}
+
+#[test]
 fn the_guard_takes_what_was_planned_by_its_own_limits() {
     let limits = GuardLimits::default();
     let sea = Sea::new(middle(), HALF_M, 30.0)

@@ -28,6 +28,10 @@ pub(super) struct ObjectiveArguments {
     /// How many times as much water costs that is not preferred.
     #[arg(long, value_name = "N", default_value_t = 3.0, allow_negative_numbers = true)]
     prefer_factor: f64,
+    /// How many times as much a metre costs in traffic lanes, separation zones and deep-water routes of the chart; the surcharge
+    /// is twice as large against a lane. 1 does not mind them.
+    #[arg(long, value_name = "N", default_value_t = 3.0, allow_negative_numbers = true)]
+    traffic_factor: f64,
     /// A speed limit (m/s) in the polygons of a GeoJSON file; may be repeated.
     #[arg(long, value_name = "MPS,FILE", value_parser = limit)]
     limit: Vec<(f64, PathBuf)>,
@@ -75,6 +79,7 @@ impl ObjectiveArguments {
             currents,
             preferences: Preferences { depth_m, off_m, factor },
             limits,
+            traffic_factor: self.traffic_factor,
             depart_s: self.depart.unwrap_or_else(|| Clock::real().utc()).seconds(),
             ..shore::routing::aimed(best, speed_mps)
         })

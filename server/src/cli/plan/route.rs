@@ -7,15 +7,17 @@ use crate::cli::chart::{index, place};
 use crate::cli::say::{complain, say};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
+use chartdb::ChartDb;
 use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
 use planner::{
-    Cancel, End, LegCost, Moved, Needs, Objective, Passable, Progress, Refusal, Request, Route, RouteLeg,
-    Router,
+    Cancel, End, InTraffic, LegCost, Moved, Narrow, Needs, Objective, Passable, PlanError, Progress, Refusal,
+    Request, Route, RouteLeg, Router,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
+use shore::charts::Traffic;
 use shore::plans::{self, Format};
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -26,6 +28,9 @@ use units::LatLon;
 
 /// The search for a long way is reported each time so many tiles were searched.
 const TILES_BETWEEN_REPORTS: usize = 20;
+/// What is said where the time ends while smaller demands are looked for.
+const NOT_LOOKED_TO_THE_END: &str =
+    "; smaller depths and clearances were not looked for to the end: the time of --give-up-after is used up";
 /// Longer lines of a file of pairs are refused (bytes).
 const LONGEST_LINE: usize = 64 * 1024;
 
@@ -78,6 +83,9 @@ pub(super) struct RouteArguments {
     /// Turning radius of the vessel (m): turns keep the depth and distance too, or are warned of [default: not known].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     turn_radius: Option<f64>,
+    /// How far the vessel may be off its track before its path monitor ends the plan (m): where danger is nearer, it is warned of.
+    #[arg(long, value_name = "M", default_value_t = shore::routing::STRAY_M, allow_negative_numbers = true)]
+    stray: f64,
     /// Show so many other routes as well, 0 to 3, that pass islands and shoals on the other side.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3), conflicts_with_all = ["via", "pairs"])]
     alternatives: u8,
@@ -95,7 +103,7 @@ pub(super) struct RouteArguments {
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
     errors: bool,
-    /// Stop the search for a long route after so many seconds.
+    /// Stop the search for a route, and for what would do in its place, after so many seconds.
     #[arg(long, value_name = "S", default_value_t = 300)]
     give_up_after: u64,
     /// Speed through the water for time and energy (m/s); for the least energy the greatest one.
@@ -126,11 +134,17 @@ struct Terms<'a> {
     limits: GuardLimits,
     objective: Objective,
     router: Router,
+    traffic: Option<Arc<Traffic>>,
 }
 
 pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Result<()> {
     ensure!(arguments.speed > 0.0 && arguments.speed.is_finite(), "--speed: give a speed above 0 m/s");
-    for (name, value) in [("--move-up-to", arguments.move_up_to), ("--least-leg", arguments.least_leg)] {
+    let lengths = [
+        ("--move-up-to", arguments.move_up_to),
+        ("--least-leg", arguments.least_leg),
+        ("--stray", arguments.stray),
+    ];
+    for (name, value) in lengths {
         ensure!(value >= 0.0 && value.is_finite(), "{name}: give a length of 0 m or more");
     }
     let radius = arguments.turn_radius.unwrap_or(0.0);
@@ -144,7 +158,13 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let router = Router::new(Arc::new(index(&db)?));
     let objective = arguments.objective.read(arguments.speed)?;
     let router = router.in_zones(zones.unwrap_or_default()).by_objective(objective.clone())?;
-    let terms = Terms { arguments, limits, objective, router };
+    let traffic = if objective.traffic_factor > 1.0 {
+        let set = ChartDb::open(&db).with_context(|| db.display().to_string())?;
+        Some(Arc::new(Traffic::new(&db, set.charts()?)))
+    } else {
+        None
+    };
+    let terms = Terms { arguments, limits, objective, router, traffic };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),
         None => terms.one(format),
@@ -182,6 +202,19 @@ impl Terms<'_> {
         Needs { demand, clearance_m: clearance_m.unwrap_or_else(|| limits.half_width_m()) }
     }
 
+    /// The same, with the traffic of the chart around these places.
+    fn near(&self, places: &[LatLon]) -> anyhow::Result<Self> {
+        let traffic = self.traffic.as_ref().map_or_else(Vec::new, |traffic| traffic.near(places));
+        let objective = Objective { traffic, ..self.objective.clone() };
+        let router = self.router.by_objective(objective.clone())?;
+        Ok(Self { objective, router, traffic: self.traffic.clone(), ..*self })
+    }
+
+    /// Distance to danger that leaves room for a vessel off its track (m).
+    fn room_m(&self) -> f64 {
+        self.limits.room_m(self.arguments.stray)
+    }
+
     fn cancel<'a>(&self, spent: &'a dyn Fn() -> Duration) -> Cancel<'a> {
         Cancel::never().within(Duration::from_secs(self.arguments.give_up_after), spent)
     }
@@ -204,10 +237,21 @@ impl Terms<'_> {
         let request = self.request(from, to);
         let places: Vec<LatLon> =
             [from].into_iter().chain(arguments.via.iter().copied()).chain([to]).collect();
+        self.near(&places)?.planned(&places, (&request, &needs), format)
+    }
+
+    /// Plans one route and says it, or why there is none.
+    fn planned(
+        &self,
+        places: &[LatLon],
+        (request, needs): (&Request, &Needs),
+        format: Option<Format>,
+    ) -> anyhow::Result<()> {
+        let arguments = self.arguments;
         let began = Instant::now();
         let spent = || began.elapsed();
         let cancel = self.cancel(&spent).reporting(&report);
-        match self.router.route_by(&places, &request, &needs, &cancel) {
+        match self.router.route_by(places, request, needs, &cancel) {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
                 if let (Some(out), Some(format)) = (&arguments.out, format) {
@@ -232,29 +276,38 @@ impl Terms<'_> {
                     answer["alternatives"] = others.collect();
                     say!("{answer}");
                 } else {
-                    self.print(&route, &needs);
-                    self.print_shortest(&route, &needs);
-                    self.print_alternatives(&route, &needs);
+                    self.print(&route, needs);
+                    self.print_shortest(&route, needs);
+                    self.print_alternatives(&route, needs);
                 }
                 Ok(())
             }
             Err((stretch, refusal)) => {
-                self.refuse(&places[stretch..=stretch + 1], &request, &needs, &refusal)
+                let ends = Request { from: places[stretch], to: places[stretch + 1], ..*request };
+                self.refuse(&ends, needs, &refusal, &cancel)
             }
         }
     }
 
+    /// Says that no route exists, with what would do as far as the time allows to look for it.
     fn refuse(
         &self,
-        ends: &[LatLon],
-        request: &Request,
+        ends: &Request,
         needs: &Needs,
         refusal: &Refusal,
+        cancel: &Cancel<'_>,
     ) -> anyhow::Result<()> {
-        let ends = Request { from: ends[0], to: ends[1], ..*request };
-        let passable = matches!(refusal, Refusal::NoWay { .. })
-            .then(|| self.router.passable(&ends, needs, &Cancel::never()))
-            .transpose()?;
+        let (mut passable, mut would_do_words) = (None, String::new());
+        if matches!(refusal, Refusal::NoWay { .. }) {
+            match self.router.passable(ends, needs, cancel) {
+                Ok(found) => {
+                    would_do_words = would_do_text(&found);
+                    passable = Some(found);
+                }
+                Err(PlanError::OutOfTime) => NOT_LOOKED_TO_THE_END.clone_into(&mut would_do_words),
+                Err(error) => return Err(error.into()),
+            }
+        }
         if self.arguments.json {
             let mut value = refused(&Value::Null, refusal);
             if let Some(passable) = &passable {
@@ -262,7 +315,7 @@ impl Terms<'_> {
             }
             say!("{value}");
         }
-        Err(anyhow!("no route: {refusal}{}", passable.map_or_else(String::new, |it| would_do_text(&it))))
+        Err(anyhow!("no route: {refusal}{would_do_words}"))
     }
 
     /// One answer a line, in the order of the file.
@@ -317,6 +370,7 @@ impl Terms<'_> {
         let request = self.request(place("from", pair.from)?, place("to", pair.to)?);
         let needs = self.needs(pair.min_depth, pair.clearance);
         needs.validate().map_err(|error| error.to_string())?;
+        let near = self.near(&[request.from, request.to]).map_err(|error| error.to_string())?;
         let began = Instant::now();
         let spent = || began.elapsed();
         // Where the search for an earlier pair was long, the further ones gain by it. Like preparing water it is done once.
@@ -324,10 +378,10 @@ impl Terms<'_> {
         let learn_us = began.elapsed().as_micros();
         let began = Instant::now();
         let spent = || began.elapsed();
-        let answer = self.router.route(&request, &needs, &self.cancel(&spent));
+        let answer = near.router.route(&request, &needs, &self.cancel(&spent));
         let time_us = began.elapsed().as_micros();
         let mut value = match answer {
-            Ok(route) => self.described(&pair.id, &route, time_us),
+            Ok(route) => near.described(&pair.id, &route, time_us),
             Err(refusal) => refused(&pair.id, &refusal),
         };
         value["time_us"] = json!(time_us);
@@ -349,6 +403,7 @@ impl Terms<'_> {
                        "energy_wh": cost.energy_j.map(|energy_j| energy_j / 3_600.0), "min_depth_m": leg.worst.water.least_m(),
                        "limit_mps": cost.limit_mps, "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
                        "turn_deg": leg.turn.map(|turn| turn.change_rad.to_degrees()),
+                       "traffic": cost.traffic.map(traffic_words),
                        "turn_warning": turn_warning(leg)})
             })
             .collect();
@@ -364,6 +419,9 @@ impl Terms<'_> {
                "duration_s": duration_s, "energy_wh": energy_wh, "speed_mps": speed_mps,
                "current_unknown_m": unknown_m, "current_too_strong": costs.iter().any(|cost| cost.too_strong), "shortest": shortest,
                "part_only": route.of_part,
+               "narrow": route.narrow(self.room_m()).map(|Narrow { leg, least_m, legs, length_m }| {
+                   json!({"needed_m": self.room_m(), "leg": leg, "least_m": least_m, "legs": legs, "length_m": length_m})
+               }),
                "moved_via": via, "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
@@ -404,6 +462,16 @@ impl Terms<'_> {
                  elsewhere: --via leads it there"
             );
         }
+        if let Some(Narrow { leg, least_m, legs, .. }) = route.narrow(self.room_m()) {
+            complain!(
+                "on {legs} of {} legs danger is nearer than the {:.0} m that leave room for a vessel off its track (--stray, hull and \
+                 position); the nearest is {least_m:.0} m from leg {}: ask for more --clearance, or --prefer-off",
+                route.legs.len(),
+                self.room_m(),
+                leg + 1
+            );
+        }
+        let costs = route.reckon(&self.objective);
         for (number, leg) in (1..).zip(&route.legs) {
             let depth =
                 leg.worst.water.least_m().map_or_else(String::new, |depth| format!("{depth:.1} m deep"));
@@ -412,6 +480,9 @@ impl Terms<'_> {
                 .map_or_else(|| "more than 5000 m".to_owned(), |clear| format!("{clear:.0} m"));
             let (lat, lon) = (leg.to.lat_deg(), leg.to.lon_deg());
             say!("{number:>4}  {lat:.6},{lon:.6}  {:>9.1} m  {depth}, clear by {clear}", leg.length_m);
+            if let Some(traffic) = costs[number - 1].traffic {
+                complain!("{number:>4}  this leg leads through {}", traffic_words(traffic));
+            }
             if let Some(warning) = turn_warning(leg) {
                 complain!("{number:>4}  the turn at the end of this leg: {warning}");
             }
@@ -419,7 +490,7 @@ impl Terms<'_> {
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
         let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
-        let (speed_mps, costs) = (route.speed_mps(&self.objective), route.reckon(&self.objective));
+        let speed_mps = route.speed_mps(&self.objective);
         let unknown_m: f64 = costs.iter().map(|cost| cost.unknown_m).sum();
         let takes = match sum(&costs) {
             (Some(duration_s), Some(energy_wh)) => {
@@ -463,6 +534,11 @@ fn report(Progress { tiles, most_tiles }: Progress) {
     if tiles.is_multiple_of(TILES_BETWEEN_REPORTS) {
         complain!("searched {tiles} tiles of the chart, of {most_tiles} at most");
     }
+}
+
+/// What ordered traffic a leg meets.
+fn traffic_words(InTraffic { kind, against }: InTraffic) -> String {
+    format!("{}{}", kind.words(), if against { ", against its direction" } else { "" })
 }
 
 /// Why the turn at the end of a leg cannot be sailed as asked.
@@ -576,4 +652,53 @@ fn write(
     let text = plans::write(&plan, format).map_err(|text| anyhow!("{}: {text}", out.display()))?;
     fs::write(out, text).with_context(|| out.display().to_string())?;
     Ok(costs.iter().any(|cost| cost.limit_mps.is_some()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use charts::depth_index::IndexBuilder;
+    use charts::s57::{Cell, NamedBytes};
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        arguments: RouteArguments,
+    }
+
+    #[test]
+    fn what_would_do_is_looked_for_no_longer_than_the_search_may_take() {
+        let mut builder = IndexBuilder::new();
+        for file in charts::demo::archipelago().unwrap() {
+            let named = NamedBytes { name: file.name, bytes: &file.bytes };
+            builder.add_cell(&Cell::read(named, &[]).unwrap()).unwrap();
+        }
+        let router = Router::new(Arc::new(builder.build().unwrap()));
+        let line = [
+            "route",
+            "--from",
+            "63.4455,10.352",
+            "--to",
+            "63.4455,10.314",
+            "--min-depth",
+            "5",
+            "--clearance",
+            "190",
+        ];
+        let Line { arguments } = Line::parse_from(line.into_iter().chain(["--give-up-after", "5"]));
+        let objective = arguments.objective.read(arguments.speed).unwrap();
+        let terms =
+            Terms { arguments: &arguments, limits: GuardLimits::default(), objective, router, traffic: None };
+        let (needs, ends) =
+            (terms.needs(None, None), terms.request(arguments.from.unwrap(), arguments.to.unwrap()));
+        let refusal = terms.router.route(&ends, &needs, &Cancel::never()).unwrap_err();
+        let text = |spent_s: u64| {
+            let spent = || Duration::from_secs(spent_s);
+            terms.refuse(&ends, &needs, &refusal, &terms.cancel(&spent)).unwrap_err().to_string()
+        };
+        let (in_time, late) = (text(5), text(6));
+        assert!(in_time.contains("; there is one with --clearance "), "{in_time}");
+        assert!(late.ends_with(NOT_LOOKED_TO_THE_END), "{late}");
+    }
 }

@@ -5,7 +5,7 @@ use crate::web::{Need, Route};
 use api::{
     ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, NoGoArea,
     NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, NoGoAreasRequest, Role,
-    SeaRouteAnswer, SeaRouteRequest,
+    SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteProgress, SeaRouteRequest,
 };
 
 /// Large enough for the most areas with the most corners, as JSON with all decimals.
@@ -83,6 +83,23 @@ pub(super) fn chart() -> Vec<Route> {
         .body_bytes(ROUTE_BYTES)
         .takes::<SeaRouteRequest>()
         .gives::<SeaRouteAnswer>()
+        .packed(),
+        Route::get(
+            "/api/v1/chart/route/{name}",
+            viewer,
+            "How far a question for a route has come, by the name that it was asked with.",
+            charts::progress,
+        )
+        .gives::<SeaRouteProgress>(),
+        Route::post(
+            "/api/v1/chart/currents",
+            viewer,
+            "The grid of currents in a file, for routes: CSV or NetCDF-3. The body is the file.",
+            charts::currents,
+        )
+        .takes_file()
+        .body_bytes(charts::CURRENTS_BYTES)
+        .gives::<SeaRouteCurrentGrid>()
         .packed(),
     ]
 }
