@@ -8,6 +8,7 @@ mod chart;
 mod chart_sync;
 mod clients;
 mod clock;
+mod commands;
 mod demo;
 mod disk_full;
 mod figures;
