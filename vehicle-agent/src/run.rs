@@ -24,6 +24,7 @@ use config::Config;
 use link::ChartAboard;
 use onboard::{Brain, COMMAND_LIFE, Chart, ChartFile, Input, Keep, LeaseGate, Level, Output, Peer};
 use service::Lifeline;
+use service::journal::VesselNames;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -113,12 +114,14 @@ struct Agent<H> {
     _lock: DataLock,
 }
 
-pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
+/// Runs the vessel until its end. The log gets the vessel's name.
+pub(crate) fn run(arguments: &RunArguments, names: &VesselNames) -> anyhow::Result<()> {
     let ending = Ending::at_signals()?;
     if arguments.end_with_stdin {
         ending.at_end_of_input()?;
     }
     let config = setup::load_aboard(&arguments.config, &arguments.profile, &arguments.data)?;
+    names.steers(config.vehicle());
     // The vessel's clock counts from here, before the rest of the start: otherwise its times would lag by that.
     let clock = Clock::system();
     if arguments.profile == SIMULATION {

@@ -19,6 +19,7 @@ mod hardware;
 mod imc_node;
 mod imcproxy;
 mod influx;
+mod journal;
 mod kills;
 mod manual;
 mod mqtt;
