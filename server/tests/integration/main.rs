@@ -33,6 +33,7 @@ mod stop;
 mod support;
 mod teleop;
 mod tls;
+mod two_links;
 mod upgrade;
 mod vessel;
 mod vpn;
