@@ -1,6 +1,9 @@
-//! The server's log on standard error: exactly one line for each event, whatever text comes from vessels or people.
+//! The server's log: exactly one line for each event on standard error, whatever text comes from vessels or people, or the
+//! system's journal with fields.
 
 use crate::config::{Log, LogFormat};
+use service::journal::{Journal, VesselNames};
+use service::lines::is_forging;
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal as _, Write};
@@ -10,16 +13,20 @@ use tracing_subscriber::prelude::*;
 /// Most bytes of a line; the number of bytes cut off is given at its end.
 const LINE_BYTES: usize = 16 * 1024;
 
-/// Starts logging as configured. A second call in one process changes nothing.
-pub(crate) fn start(log: &Log) {
+/// Starts logging as configured: into the journal where the service manager connected standard error to it and the lines are
+/// for people. The names of vessels are given to it by `names`. A second call in one process changes nothing.
+pub(crate) fn start(log: &Log, names: &VesselNames) {
     let filter: Targets = log.level.parse().unwrap_or_default();
     let registry = tracing_subscriber::registry().with(filter);
     let colours = io::stderr().is_terminal();
     let lines = tracing_subscriber::fmt::layer().with_ansi(colours);
     let started = match log.format {
-        LogFormat::Human => registry
-            .with(lines.with_target(true).with_writer(move || OneLine { to: io::stderr(), colours }))
-            .try_init(),
+        LogFormat::Human => match Journal::of_service("lutra-server", names.clone()) {
+            Some(journal) => registry.with(journal).try_init(),
+            None => registry
+                .with(lines.with_target(true).with_writer(move || OneLine { to: io::stderr(), colours }))
+                .try_init(),
+        },
         // JSON escapes line ends and control characters already.
         LogFormat::Json => registry.with(lines.with_writer(io::stderr).json().flatten_event(true)).try_init(),
     };
@@ -63,12 +70,6 @@ fn one_line(event: &str, colours: bool) -> Cow<'_, str> {
     }
     safe.push('\n');
     Cow::Owned(safe)
-}
-
-/// Characters that would begin another line, reorder its text, or control a terminal.
-fn is_forging(letter: char) -> bool {
-    let turns = matches!(letter, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}');
-    turns || (letter.is_control() && letter != '\t')
 }
 
 /// Whether a text begins with a colour sequence.

@@ -40,6 +40,7 @@ use crate::disk::{InUse, recording};
 use crate::ending::Fault;
 use crate::say::{LogFormat, Voice, complain, say};
 use clap::{CommandFactory as _, Parser, Subcommand};
+use service::journal::VesselNames;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -147,14 +148,15 @@ enum MotorsCommand {
 
 fn main() -> ExitCode {
     let command = Arguments::parse().command;
+    let names = VesselNames::default();
     let voice = match &command {
         Command::Run(run) => say::level(run.log_level.as_deref(), run.quiet)
-            .and_then(|level| Voice::start(run.log_format, level)),
-        _ => say::level(None, false).and_then(|level| Voice::start(LogFormat::Human, level)),
+            .and_then(|level| Voice::start(run.log_format, level, &names)),
+        _ => say::level(None, false).and_then(|level| Voice::start(LogFormat::Human, level, &names)),
     };
     // The log runs until everything else has ended.
     let (_voice, outcome) = match voice {
-        Ok(voice) => (Some(voice), obey(command)),
+        Ok(voice) => (Some(voice), obey(command, &names)),
         Err(error) => (None, Err(error)),
     };
     match outcome {
@@ -172,9 +174,9 @@ fn main() -> ExitCode {
     }
 }
 
-fn obey(command: Command) -> anyhow::Result<ExitCode> {
+fn obey(command: Command, names: &VesselNames) -> anyhow::Result<ExitCode> {
     match command {
-        Command::Run(arguments) => run::run(&arguments)?,
+        Command::Run(arguments) => run::run(&arguments, names)?,
         Command::Simulate(arguments) if arguments.open_loop.is_some() => open_loop::run(&arguments)?,
         Command::Simulate(arguments) => simulate::simulate(&arguments)?,
         Command::Doctor(arguments) => return Ok(doctor::doctor(&arguments)),

@@ -24,6 +24,7 @@ use config::Config;
 use link::ChartAboard;
 use onboard::{Brain, COMMAND_LIFE, Chart, ChartFile, Input, Keep, LeaseGate, Level, Output, Peer};
 use service::Lifeline;
+use service::journal::VesselNames;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -113,12 +114,14 @@ struct Agent<H> {
     _lock: DataLock,
 }
 
-pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
+/// Runs the vessel until its end. The log gets the vessel's name.
+pub(crate) fn run(arguments: &RunArguments, names: &VesselNames) -> anyhow::Result<()> {
     let ending = Ending::at_signals()?;
     if arguments.end_with_stdin {
         ending.at_end_of_input()?;
     }
     let config = setup::load_aboard(&arguments.config, &arguments.profile, &arguments.data)?;
+    names.steers(config.vehicle());
     // The vessel's clock counts from here, before the rest of the start: otherwise its times would lag by that.
     let clock = Clock::system();
     if arguments.profile == SIMULATION {
@@ -304,7 +307,7 @@ impl<H: Hull> Agent<H> {
     fn take(&mut self, event: Event) {
         let input = match event {
             Event::Packet(peer, bytes) => Input::Packet(peer, bytes),
-            Event::Order(peer, lease, bytes) => Input::Order(peer, lease, bytes),
+            Event::Order(peer, mandate, bytes) => Input::Order(peer, mandate, bytes),
             Event::Lease(lease) => Input::Lease(lease),
             Event::Connected(number) => Input::Connected(Peer::Tcp(number)),
             Event::Disconnected(number) => Input::Disconnected(Peer::Tcp(number)),
@@ -392,9 +395,15 @@ impl<H: Hull> Agent<H> {
             );
             self.lapses = lapses;
         }
-        if let Some(Losses { dropped, withdrawn }) = self.net.inbox.take_losses() {
+        if let Some(Losses { dropped, withdrawn, commands }) = self.net.inbox.take_losses() {
             for (peer, packets) in dropped {
                 tracing::warn!(?peer, packets, "sends more than can be handled; dropped");
+            }
+            for command in commands.withdrawn {
+                tracing::warn!(command, "came before an Abort and is not carried out");
+            }
+            for command in commands.merged {
+                tracing::info!(command, "an Abort that came before it is carried out for both");
             }
             if withdrawn > 0 {
                 tracing::warn!(commands = withdrawn, "came before an Abort and were not carried out");
@@ -434,12 +443,12 @@ fn start_uplink(
                 gate.told(now, &lease);
                 inbox.lease(SHORE, lease)
             }
-            FromShore::Order { lease, packet } => {
+            FromShore::Order { mandate, packet } => {
                 let decoded = imc::Packet::decode(packet).map_err(|error| format!("no packet: {error}"))?;
                 if let Some(message) = decoded.message() {
-                    gate.admit(now, lease, message).map_err(|why| why.to_string())?;
+                    gate.admit(now, mandate.lease, message).map_err(|why| why.to_string())?;
                 }
-                inbox.order(SHORE, lease, packet)
+                inbox.order(SHORE, mandate, packet)
             }
             FromShore::Chart(chart) => {
                 inbox.done(Done::Chart(chart));

@@ -6,6 +6,7 @@
 
 use anyhow::Context as _;
 use clap::ValueEnum;
+use service::journal::{Journal, VesselNames};
 use std::fmt::Arguments;
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -126,13 +127,17 @@ pub(crate) fn level(option: Option<&str>, quiet: bool) -> anyhow::Result<Targets
 }
 
 impl Voice {
-    /// Starts the log; once in a program.
-    pub(crate) fn start(format: LogFormat, level: Targets) -> anyhow::Result<Self> {
+    /// Starts the log; once in a program. Lines for people go into the journal, with fields, where the service manager connected
+    /// standard error to it; `names` gets the vessel's name once it is known.
+    pub(crate) fn start(format: LogFormat, level: Targets, names: &VesselNames) -> anyhow::Result<Self> {
         let (voice, lines) = Self::to(io::stderr())?;
         let layer = tracing_subscriber::fmt::layer().with_writer(lines).with_ansi(false);
         let registry = tracing_subscriber::registry().with(level);
         match format {
-            LogFormat::Human => registry.with(layer).try_init(),
+            LogFormat::Human => match Journal::of_service("lutra-agent", names.clone()) {
+                Some(journal) => registry.with(journal).try_init(),
+                None => registry.with(layer).try_init(),
+            },
             LogFormat::Json => registry.with(layer.json().flatten_event(true)).try_init(),
         }
         .context("the log")?;

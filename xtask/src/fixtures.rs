@@ -1,6 +1,6 @@
 //! Small data of this version, kept permanently: a shore's folder and a vessel's spool, made by the real programs.
 //!
-//! A simulated Otter sails for some seconds, its shore is stopped, and it continues until its spool has data. Each file is
+//! A chart set of the demonstration's harbour is made, a simulated Otter sails for some seconds, its shore is stopped, and it continues until its spool has data. Each file is
 //! compressed by gzip. A test of every later version opens them. Run once for each version, before its tag:
 //! `cargo build --workspace && cargo xtask fixtures`.
 
@@ -17,8 +17,11 @@ const ENOUGH_BYTES: u64 = 20_000;
 /// Time limit of each step.
 const PATIENCE: Duration = Duration::from_mins(1);
 /// Temporary files, and files that every program makes again.
-const LEFT_OUT: [&str; 7] =
-    ["lock", "agent.lock", "otter.ini", "definitions", "IMC.xml.gz", "logs", "errors"];
+const LEFT_OUT: [&str; 8] =
+    ["lock", "agent.lock", "chart.gpkg.lock", "otter.ini", "definitions", "IMC.xml.gz", "logs", "errors"];
+
+/// The folder of cells that the chart set is made of; it is not kept.
+const CELLS: &str = "cells";
 
 /// A program that ends with this one.
 struct Running(Child);
@@ -89,6 +92,8 @@ fn sail(root: &Path, work: &Path) -> anyhow::Result<()> {
     run(&["user", "add", "nils", "--role", "admin", "--password-stdin"])?;
     run(&["vessel", "add", "otter-1", "0x2810"])?;
     let token = run(&["token", "create", "--link", "otter-1"])?;
+    let cell = cell(&work.join(CELLS))?;
+    run(&["chart", "import", &cell.display().to_string()])?;
     let mut server = program(root, "lutra-server")?;
     server.args(["serve", "--listen", "127.0.0.1:0", "--set", "imc.active=false", "--data"]).arg(&data);
     let mut server = Running(server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn()?);
@@ -118,6 +123,15 @@ fn sail(root: &Path, work: &Path) -> anyhow::Result<()> {
     let before = bytes_in(&aboard.join("spool"), "");
     wait("something in the spool", || bytes_in(&aboard.join("spool"), "") > before + ENOUGH_BYTES)?;
     agent.end()
+}
+
+/// The smaller cell of the demonstration's chart, in a folder.
+fn cell(folder: &Path) -> anyhow::Result<PathBuf> {
+    fs::create_dir_all(folder)?;
+    let harbour = charts::demo::archipelago()?.pop().context("the demonstration has no chart")?;
+    let path = folder.join(format!("{}.000", harbour.name.trim_end_matches(".000")));
+    fs::write(&path, harbour.bytes)?;
+    Ok(path)
 }
 
 fn wait(what: &str, holds: impl Fn() -> bool) -> anyhow::Result<()> {
@@ -159,8 +173,10 @@ fn pack(work: &Path, folder: &Path, to: &Path) -> anyhow::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let is_of_a_moment =
-            LEFT_OUT.contains(&name.as_str()) || name.ends_with("-wal") || name.ends_with("-shm");
+        let is_of_a_moment = name == CELLS
+            || LEFT_OUT.contains(&name.as_str())
+            || name.ends_with("-wal")
+            || name.ends_with("-shm");
         // The vessel's own logs are no part of what is tested.
         let is_log = path.starts_with(work.join("aboard")) && name.ends_with(".lsf.gz");
         if is_of_a_moment || is_log {

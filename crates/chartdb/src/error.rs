@@ -47,6 +47,12 @@ pub enum ChartDbError {
     /// The chart set was written by a later version.
     #[error("{}: written by a later version of Lutra; use that one, or import the charts into a new file", .0.display())]
     Newer(PathBuf),
+    /// The chart set was written by an earlier version, in a form that this one does not read.
+    #[error(
+        "{}: written by an earlier version of Lutra, in a form that this one does not read; give another file by --db or \
+         charts.set and import the charts into it by `lutra-server chart import`, or use that version", .0.display()
+    )]
+    Older(PathBuf),
     /// The database's contents differ from what was written.
     #[error("{}: {problem}; remove the chart {chart} and import it again", path.display())]
     Damaged {

@@ -251,6 +251,7 @@ pub(crate) fn check(connection: &Connection, path: &Path) -> Result<()> {
     let schema: Option<String> = connection.query_row(schema, [], |row| row.get(0)).optional().named(path)?;
     match schema.and_then(|text| text.parse::<i64>().ok()) {
         Some(SCHEMA) => Ok(()),
+        Some(schema) if schema < SCHEMA => Err(ChartDbError::Older(path.to_owned())),
         Some(_) => Err(ChartDbError::Newer(path.to_owned())),
         None => Err(ChartDbError::Foreign(path.to_owned())),
     }

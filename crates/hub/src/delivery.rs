@@ -3,9 +3,15 @@
 use bytes::Bytes;
 use units::MonoTime;
 
-/// An order's number; grows, also over restarts.
+/// An order's number; grows, also over restarts. Logs ashore and aboard, audit log and pages name the order by it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CommandId(pub u64);
+
+impl std::fmt::Display for CommandId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
 
 /// How urgent an order is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,6 +29,8 @@ pub enum Urgency {
 pub struct Tag {
     /// The command that it is; none for stick positions.
     pub id: Option<CommandId>,
+    /// Whether it is given beside the order itself, so that its outcome says nothing of the order's.
+    pub is_copy: bool,
     /// The lease under which it is given; 0 for what takes none.
     pub epoch: u64,
     /// It is not delivered from here on.

@@ -390,8 +390,7 @@ impl<O: OrderLog> Hub<O> {
         if stop && !again {
             // A link that is down may still hold a start that was ordered before: the stop cancels it there.
             for down in self.links_that_are_down(vessel) {
-                // Its outcome there says nothing of the stop.
-                self.hand(down, packet, Tag { id: None, ..copy });
+                self.hand(down, packet, Tag { is_copy: true, ..copy });
             }
         }
         if transports.is_empty() || stop {

@@ -209,7 +209,8 @@ mod tests {
         let tagged = |vessel, urgency| {
             let header = Header { dst: imc::Address(vessel), ..Header::default() };
             let packet = Bytes::from(Packet::new(header, messages::Abort).encode().unwrap());
-            let tag = Tag { id: None, epoch: 0, expires: units::MonoTime::default(), urgency };
+            let tag =
+                Tag { id: None, is_copy: false, epoch: 0, expires: units::MonoTime::default(), urgency };
             Delivery { packet, tag: Some(tag) }
         };
         queue.push([
@@ -232,7 +233,7 @@ mod tests {
             let header = Header { dst: imc::Address(vessel), ..Header::default() };
             let packet = Packet::new(header, messages::PlanControl::default()).encode().unwrap();
             let id = Some(CommandId(number));
-            let tag = Tag { id, epoch: 0, expires: units::MonoTime::default(), urgency };
+            let tag = Tag { id, is_copy: false, epoch: 0, expires: units::MonoTime::default(), urgency };
             Delivery { packet: Bytes::from(packet), tag: Some(tag) }
         };
         let console = Delivery { tag: None, ..order(7, Urgency::Command, 0) };
@@ -258,7 +259,7 @@ mod tests {
             let header = Header { dst: imc::Address(vessel), ..Header::default() };
             let packet = Packet::new(header, messages::Abort).encode().unwrap();
             let (id, expires) = (Some(CommandId(number)), units::MonoTime::default());
-            let tag = Tag { id, epoch: 0, expires, urgency: Urgency::Stop };
+            let tag = Tag { id, is_copy: false, epoch: 0, expires, urgency: Urgency::Stop };
             Delivery { packet: Bytes::from(packet), tag: Some(tag) }
         };
         while queue.push([abort()]) != Pushed::Overflow {}

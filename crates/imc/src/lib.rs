@@ -5,7 +5,7 @@
 //! - [`Deframer`] and [`Frames`] find the packets in any stream of bytes and say what was damaged.
 //! - [`reflect`] walks over the fields of any packet; [`json`] shows them as JSON and reads them back.
 //! - [`lsf`]: logs as DUNE writes and Neptus MRA opens them.
-//! - [`position`], [`plan_digest`], [`services`], [`entities`], [`tuples`]: what fields mean beyond their
+//! - [`position`], [`logbook`], [`plan_digest`], [`services`], [`entities`], [`tuples`]: what fields mean beyond their
 //!   type; [`names`]: the names of systems and entities over time; [`text`]: how bytes that are not text are shown.
 //!
 //! Everything here is a function of its arguments: no sockets, clock, threads or randomness. Bytes from
@@ -24,6 +24,7 @@ pub mod entities;
 mod header;
 pub mod json;
 mod list;
+pub mod logbook;
 pub mod lsf;
 #[rustfmt::skip]
 #[expect(

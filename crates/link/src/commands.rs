@@ -22,10 +22,14 @@ const ELSEWHERE_AFTER: Duration = Duration::from_millis(500);
 pub(crate) struct Waiting {
     /// Epoch of the lease under which it is given; 0 for none.
     pub(crate) lease: u64,
+    /// The number of the order ashore; 0 for none.
+    pub(crate) order: u64,
     pub(crate) packet: Bytes,
     pub(crate) expires: MonoTime,
     /// Sent at least once.
     pub(crate) sent: bool,
+    /// How often it was sent, over all connections.
+    pub(crate) times: u32,
     /// Sent to an earlier start of the vessel's program, which may have carried it out: what a later start says of it is not
     /// the whole truth.
     pub(crate) sent_before_start: bool,
@@ -37,12 +41,14 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    pub(crate) fn new(lease: u64, packet: Bytes, expires: MonoTime) -> Self {
+    pub(crate) fn new(lease: u64, order: u64, packet: Bytes, expires: MonoTime) -> Self {
         Self {
             lease,
+            order,
             packet,
             expires,
             sent: false,
+            times: 0,
             sent_before_start: false,
             called_off: false,
             first_sent: None,
@@ -102,6 +108,7 @@ impl Pending {
         let due = due.filter(|(_, one)| one.expires > now && !one.called_off && !one.over.contains(&over));
         due.map(|(id, one)| {
             one.sent = true;
+            one.times += 1;
             one.first_sent = one.first_sent.or(Some(now));
             one.over.push(over);
             (*id, one.clone())
@@ -152,9 +159,10 @@ pub(crate) struct Seen {
     order: VecDeque<u64>,
 }
 
-/// A command that was seen: the ways that it came on while it had no answer, its answer, and when that was given.
+/// A command that was seen: the number of its order, the ways that it came on while it had no answer, its answer, and when that was given.
 #[derive(Debug, Clone, Default)]
 struct Known {
+    order: u64,
     came_on: BTreeSet<usize>,
     answer: Option<(MonoTime, Receipt)>,
 }
@@ -171,8 +179,8 @@ pub(crate) enum First {
 }
 
 impl Seen {
-    /// Looks a command up that came on a way, and remembers both.
-    pub(crate) fn look(&mut self, id: u64, place: usize) -> First {
+    /// Looks a command of an order up that came on a way, and remembers all three.
+    pub(crate) fn look(&mut self, id: u64, order: u64, place: usize) -> First {
         if let Some(known) = self.known.get_mut(&id) {
             if let Some((_, receipt)) = &known.answer {
                 return First::Answered(receipt.clone());
@@ -186,7 +194,7 @@ impl Seen {
             self.known.remove(&oldest);
         }
         self.order.push_back(id);
-        self.known.insert(id, Known { came_on: BTreeSet::from([place]), answer: None });
+        self.known.insert(id, Known { order, came_on: BTreeSet::from([place]), answer: None });
         First::New
     }
 
@@ -203,7 +211,7 @@ impl Seen {
         if known.answer.is_some() {
             return None;
         }
-        let receipt = Receipt { id, verdict, text };
+        let receipt = Receipt { id, verdict, text, order: known.order };
         known.answer = Some((now, receipt.clone()));
         Some((receipt, std::mem::take(&mut known.came_on)))
     }
@@ -224,16 +232,16 @@ mod tests {
     fn a_command_is_new_once_and_its_answer_is_kept() {
         let mut seen = Seen::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        assert_eq!(seen.look(9, 0), First::New);
-        assert_eq!(seen.look(9, 2), First::Unanswered);
+        assert_eq!(seen.look(9, 77, 0), First::New);
+        assert_eq!(seen.look(9, 77, 2), First::Unanswered);
         let (receipt, ways) = seen.answer(at(1), 9, Verdict::Received, String::new()).unwrap();
-        assert_eq!(ways, BTreeSet::from([0, 2]));
+        assert_eq!((receipt.order, ways), (77, BTreeSet::from([0, 2])));
         assert_eq!(seen.answer(at(1), 9, Verdict::Refused, String::new()), None);
-        assert_eq!(seen.look(9, 1), First::Answered(receipt.clone()));
+        assert_eq!(seen.look(9, 77, 1), First::Answered(receipt.clone()));
         assert_eq!(seen.answered_within(at(4), Duration::from_secs(3)), [receipt]);
         assert_eq!(seen.answered_within(at(5), Duration::from_secs(3)), []);
         for id in 10..10 + MOST_REMEMBERED as u64 {
-            assert_eq!(seen.look(id, 0), First::New);
+            assert_eq!(seen.look(id, 0, 0), First::New);
         }
         assert_eq!(seen.known.len(), MOST_REMEMBERED);
     }
@@ -242,7 +250,7 @@ mod tests {
     fn what_a_stop_calls_off_is_not_sent_after_it() {
         let mut pending = Pending::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        let one = Waiting::new(0, Bytes::new(), at(9));
+        let one = Waiting::new(0, 0, Bytes::new(), at(9));
         let (first, next) = (ConnectionId(1), ConnectionId(2));
         assert!(pending.put(1, one.clone()));
         assert_eq!(pending.sendable(at(0), first).len(), 1);
@@ -258,9 +266,9 @@ mod tests {
     fn what_an_earlier_start_of_the_vessel_may_have_carried_out_is_marked() {
         let mut pending = Pending::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        assert!(pending.put(1, Waiting::new(0, Bytes::new(), at(9))));
+        assert!(pending.put(1, Waiting::new(0, 0, Bytes::new(), at(9))));
         assert_eq!(pending.sendable(at(0), ConnectionId(1)).len(), 1);
-        assert!(pending.put(2, Waiting::new(0, Bytes::new(), at(9))));
+        assert!(pending.put(2, Waiting::new(0, 0, Bytes::new(), at(9))));
         pending.started_again();
         assert_eq!(pending.sendable(at(1), ConnectionId(2)).len(), 2);
         let marked = [1, 2].map(|id| pending.answered(id).map(|one| one.sent_before_start));
@@ -271,7 +279,7 @@ mod tests {
     fn waiting_commands_are_bounded_and_end() {
         let mut pending = Pending::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        let one = Waiting::new(0, Bytes::new(), at(1));
+        let one = Waiting::new(0, 0, Bytes::new(), at(1));
         let (first, next) = (ConnectionId(1), ConnectionId(2));
         for id in 0..MOST_WAITING as u64 {
             assert!(pending.put(id, one.clone()));

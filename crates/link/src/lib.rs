@@ -48,7 +48,7 @@ pub use batch::{MAX_BATCH_RAW_BYTES, Packer, Record, pack, unpack};
 pub use clocks::ClockEstimate;
 pub use frame::{
     ByeCode, Capabilities, ChartDigest, ChartOffer, ChartReport, ChartRequest, ChartStage, Commander, Gap,
-    GapReason, Hello, Lease, MAX_MESSAGE_BYTES, VERSION,
+    GapReason, Hello, Lease, MAX_MESSAGE_BYTES, Receipt, VERSION, Verdict,
 };
 pub use latency::Latency;
 pub use shore::{Outcome, PeerBacklog, Shore, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};

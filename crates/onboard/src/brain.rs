@@ -232,7 +232,11 @@ impl Brain {
             Input::Warning(part, text) => self.warnings.take(&mut self.bus, part, &text),
             Input::Host(reading) => self.host.read(&mut self.bus, &reading),
             Input::Packet(from, bytes) => self.packet(from, 0, bytes),
-            Input::Order(from, lease, bytes) => self.packet(from, lease, bytes),
+            Input::Order(from, mandate, bytes) => {
+                self.bus.carries_out(mandate.command);
+                self.packet(from, mandate.lease, bytes);
+                self.bus.carries_out(0);
+            }
             Input::Lease(lease) => self.leased(&lease),
             Input::Chart(chart) => {
                 let (_, mut live, estimate) = self.live();

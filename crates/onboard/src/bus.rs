@@ -35,6 +35,8 @@ pub(crate) struct Bus {
     now: Now,
     out: VecDeque<Output>,
     entries: VecDeque<LogBookEntry>,
+    /// The number ashore of the command that is being carried out; 0 for none.
+    command: u64,
     lost: u64,
     /// Routes asked for since the start.
     routes: u32,
@@ -48,6 +50,7 @@ impl Bus {
             now,
             out: VecDeque::new(),
             entries: VecDeque::new(),
+            command: 0,
             lost: 0,
             routes: 0,
         }
@@ -56,6 +59,11 @@ impl Bus {
     /// Sets the time of all messages from here on.
     pub(crate) fn begin(&mut self, now: Now) {
         self.now = now;
+    }
+
+    /// A command of the shore is carried out, or 0: entries of the log book say which until then.
+    pub(crate) fn carries_out(&mut self, command: u64) {
+        self.command = command;
     }
 
     pub(crate) fn now(&self) -> Now {
@@ -156,7 +164,10 @@ impl Bus {
 
     /// The same, to the requester.
     pub(crate) fn entry_to(&mut self, from: Entity, to: Asker, level: Level, text: impl Into<String>) {
-        let text = text.into();
+        let mut text = text.into();
+        if self.command > 0 {
+            text.push_str(&imc::logbook::of_command(self.command));
+        }
         let (context, _) = from.label_and_task();
         let kind = match level {
             Level::Debug => LogBookEntryType::Debug,

@@ -5,7 +5,7 @@
 
 use crate::entity::Entity;
 use crate::grounding::ChartFile;
-use crate::lease::Lease;
+use crate::lease::{Lease, Mandate};
 use crate::peer::Peer;
 use crate::routing::RouteAnswer;
 use crate::states::Condition;
@@ -30,8 +30,8 @@ pub enum Input {
     Host(HostReading),
     /// Bytes of one packet from a peer.
     Packet(Peer, Vec<u8>),
-    /// Bytes of one packet from the shore, under the lease with this epoch (0 for none).
-    Order(Peer, u64, Vec<u8>),
+    /// Bytes of one packet from the shore, and under what it comes.
+    Order(Peer, Mandate, Vec<u8>),
     /// The shore reports who commands the vessel.
     Lease(Lease),
     /// Another sea chart came, to take the place of the one in force as soon as that is safe.

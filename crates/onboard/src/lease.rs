@@ -15,6 +15,15 @@ const LONGEST: Duration = Duration::from_mins(5);
 /// Refusals that follow each other within this are one burst.
 const BURST: Duration = Duration::from_secs(10);
 
+/// Under what a packet of the shore comes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Mandate {
+    /// The epoch of the lease; 0 for none.
+    pub lease: u64,
+    /// The number of the command ashore, by which logs name it; 0 for none.
+    pub command: u64,
+}
+
 /// Who commands the vessel, as reported by the shore.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lease {

@@ -61,7 +61,7 @@ pub use charts::depth_index::ChartTrust;
 pub use entity::{Entity, Labels};
 pub use grounding::{Chart, ChartFile, GroundingAction, GroundingSettings};
 pub use input::{DeviceState, HostReading, Input, Reachable};
-pub use lease::{Lease, LeaseGate, NotObeyed, is_order};
+pub use lease::{Lease, LeaseGate, Mandate, NotObeyed, is_order};
 pub use navigation::{Arrival, Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};
 pub use peer::{Peer, SERVERS};

@@ -2,8 +2,10 @@
 //! ending. Without a service manager nothing is sent.
 //!
 //! [`ready`] and [`ending`] are sent once; a [`Lifeline`] reports that the program is alive for as long as its owner calls
-//! [`Lifeline::beat`]. [`report`] is what its doctor reports to monitoring.
+//! [`Lifeline::beat`]. [`journal`] writes the log into the system's journal, with fields. [`report`] is what its doctor reports to monitoring.
 
+pub mod journal;
+pub mod lines;
 pub mod report;
 
 use sd_notify::NotifyState;

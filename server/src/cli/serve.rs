@@ -5,8 +5,13 @@ use super::{Common, files};
 use crate::{Serving, log};
 use anyhow::Context as _;
 use clap::Args;
+use service::journal::VesselNames;
 use std::net::SocketAddr;
+use std::time::Duration;
 use tokio::signal::unix::{Signal, SignalKind, signal};
+
+/// How soon the journal has the name of a vessel that was just named.
+const NAMES_EVERY: Duration = Duration::from_secs(5);
 
 #[derive(Debug, Args)]
 pub(super) struct ServeArguments {
@@ -23,7 +28,8 @@ fn listen(text: &str) -> Result<SocketAddr, String> {
 pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Result<()> {
     let listen = arguments.listen.map(|listen| ("http.listen".to_owned(), listen.to_string()));
     let config = common.load(listen.into_iter().collect())?;
-    log::start(&config.log);
+    let names = VesselNames::default();
+    log::start(&config.log, &names);
     if let Err(problem) = files::raise(&config) {
         tracing::warn!("{problem}");
     }
@@ -54,6 +60,7 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
             _ = interrupt.recv() => None,
             lost = serving.failed() => Some(lost),
             () = beat(&serving, &lifeline) => None,
+            () = tell_names(&serving, &names) => None,
             () = reload_when_asked(&serving, &mut hang_up) => None,
         };
         tracing::info!("stopping");
@@ -70,6 +77,15 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
     // A thread that waits for a disk that hangs must not keep the program running.
     runtime.shutdown_background();
     ended
+}
+
+/// Gives the journal the names of the vessels, as they are now and whenever that is another list.
+async fn tell_names(serving: &Serving, names: &VesselNames) {
+    let mut due = tokio::time::interval(NAMES_EVERY);
+    loop {
+        due.tick().await;
+        names.set(serving.vessel_names());
+    }
 }
 
 /// Reads the certificate again at each SIGHUP, as `systemctl reload` sends it.

@@ -49,6 +49,12 @@ impl Serving {
         self.state.shore.owners.failed().await
     }
 
+    /// The names that people gave to vessels, by address as the log has it.
+    pub(crate) fn vessel_names(&self) -> Vec<(String, String)> {
+        let vessels = self.state.shore.people.vessels();
+        vessels.iter().map(|one| (imc::Address(one.address).to_string(), one.name.clone())).collect()
+    }
+
     /// Whether the hub answers; waits without a limit.
     pub(crate) async fn hub_answers(&self) -> bool {
         self.state.shore.router.peers().await.is_ok()

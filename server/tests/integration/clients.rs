@@ -1,12 +1,11 @@
 //! The package for Python and the script for R against a running server: rows with their types, downloads (in Python also cut ones that
 //! go on), and a link with a password.
 
+use crate::support::browser::post;
 use crate::support::program::{Server, add_admin, run};
 use imc::messages::{EstimatedState, TBRFishTag};
 use imc::{Address, Header, Message, Packet};
 use serde_json::{Value, json};
-use std::io::{Read as _, Write as _};
-use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::process::Command;
 use store::{Accepted, Store, Transport};
@@ -52,22 +51,6 @@ fn fill(data: &Path) {
         put(START_US + at * 1_000_000, state.into());
     }
     store.close().unwrap();
-}
-
-fn post(server: SocketAddr, path: &str, token: &str, body: &Value) -> Value {
-    let (mut stream, body) = (TcpStream::connect(server).unwrap(), body.to_string());
-    write!(
-        stream,
-        "POST /api/v1{path} HTTP/1.0\r\nhost: {server}\r\nauthorization: Bearer {token}\r\n\
-         content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}",
-        body.len()
-    )
-    .unwrap();
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).unwrap();
-    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
-    assert!(head.contains(" 200 "), "{path}: {head}\n{body}");
-    serde_json::from_str(body).unwrap()
 }
 
 /// A server with detections, a published dataset and a link to it with a password.

@@ -5,6 +5,8 @@ use crate::support::archived_packets;
 use crate::support::ashore::{every_number_came_once, link_numbers};
 use crate::support::browser::ask;
 use crate::support::program::{Agent, SERVER, Server, add_admin, agent_program, run, until};
+use charts::demo::SeaFloor;
+use charts::s57::GeoPoint;
 use flate2::read::GzDecoder;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -45,6 +47,7 @@ async fn data_of_every_version_are_opened_and_what_waits_aboard_comes_ashore() {
         assert!(people.contains("nils"), "{people}");
         assert!(run(&data, &["vessel", "list"]).contains("otter-1"));
         assert!(run(&data, &["export", "--message", "EstimatedState"]).lines().count() > 10);
+        chart_is_opened(&data);
         let before = archived_packets(&data, OTTER).len();
         let streams = link_numbers(&data);
         let (stream, numbers) = streams.iter().next().unwrap();
@@ -61,6 +64,44 @@ async fn data_of_every_version_are_opened_and_what_waits_aboard_comes_ashore() {
         server.process.terminate();
         assert!(archived_packets(&data, OTTER).len() > before + 200, "{}", version.display());
         every_number_came_once(&data, 0);
+    }
+}
+
+/// The chart set is read and gives depths, by its index, or by one that is made again of it.
+fn chart_is_opened(data: &Path) {
+    let listed = run(data, &["chart", "list", "--json"]);
+    let listed: serde_json::Value = serde_json::from_str(&listed).unwrap();
+    assert_eq!(listed["charts"].as_array().map(Vec::len), Some(1), "{listed}");
+    let told = |at: GeoPoint| {
+        let at = format!("{},{}", at.lat_deg, at.lon_deg);
+        let asked = ["chart", "depth", "--at", &at, "--radius", "20", "--json"];
+        serde_json::from_str::<serde_json::Value>(&run(data, &asked)).unwrap()
+    };
+    let start = told(SeaFloor::ORIGIN);
+    assert!(
+        start["water"] != "no data" && start["least_m"].as_f64().is_some_and(|deep| deep > 0.0),
+        "{start}"
+    );
+}
+
+#[test]
+fn a_chart_set_of_another_form_is_left_as_it_is_and_what_to_do_is_said() {
+    let scratch = tempfile::tempdir().unwrap();
+    unpack(versions().first().unwrap(), scratch.path());
+    let data = scratch.path().join("shore");
+    let set = data.join("charts/chart.gpkg");
+    for (schema, words) in [("900", "written by a later version"), ("0", "written by an earlier version")] {
+        let sets = "UPDATE chart_set SET value = ?1 WHERE key = 'schema'";
+        assert_eq!(rusqlite::Connection::open(&set).unwrap().execute(sets, [schema]).unwrap(), 1);
+        let before = fs::read(&set).unwrap();
+        let asked = ["chart", "list", "--data", data.to_str().unwrap()];
+        let output = Command::new(SERVER).args(asked).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            !output.status.success() && told.contains(words) && told.contains("import the charts"),
+            "{told}"
+        );
+        assert!(fs::read(&set).unwrap() == before, "the chart set was written to");
     }
 }
 

@@ -87,7 +87,7 @@ impl Cable {
     }
 
     /// An interface of one end; at most 15 characters.
-    fn end(&self, side: char) -> String {
+    pub(crate) fn end(&self, side: char) -> String {
         format!("l{side}{}", self.id)
     }
 

@@ -54,7 +54,13 @@ impl Areas {
         let Some(NoGo { areas, at, lost: None }) = self.wanted() else { return };
         let trouble = match put_no_go_areas(path, &areas, at) {
             // Without a set no vessel uses one; an invalid file is reported where it is read.
-            Ok(()) | Err(ChartDbError::Absent(_) | ChartDbError::Foreign(_) | ChartDbError::Newer(_)) => None,
+            Ok(())
+            | Err(
+                ChartDbError::Absent(_)
+                | ChartDbError::Foreign(_)
+                | ChartDbError::Newer(_)
+                | ChartDbError::Older(_),
+            ) => None,
             Err(error) => Some(error.to_string()),
         };
         let mut before = self.trouble.write().unwrap_or_else(PoisonError::into_inner);

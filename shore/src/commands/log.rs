@@ -2,6 +2,7 @@
 
 use super::Commands;
 use crate::identity::Line;
+use hub::CommandId;
 use operations::{Change, CommandEvent, LeaseEvent, Operations};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -41,7 +42,7 @@ impl Commands {
                 }
             }
             for event in commands {
-                self.people.note(of_command(event));
+                self.people.note(line_of(event));
             }
             if ends {
                 return;
@@ -50,13 +51,18 @@ impl Commands {
     }
 }
 
-fn of_command(event: CommandEvent) -> Line {
-    let CommandEvent { vessel, by, verb, subject, step } = event;
+/// The subject of a line about a command: the number is its end.
+pub(super) fn of_command(subject: &str, id: CommandId) -> String {
+    format!("{} [command {id}]", subject.trim_end())
+}
+
+fn line_of(event: CommandEvent) -> Line {
+    let CommandEvent { id, vessel, by, verb, subject, step } = event;
     let stage = step.stage.name();
     let text = step.in_full().to_string();
-    tracing::info!(%vessel, actor = by.actor, verb, subject, stage, text, "command");
+    tracing::info!(command = id.0, %vessel, actor = by.actor, verb, subject, stage, text, "command");
     let outcome = if text.is_empty() { stage.to_owned() } else { format!("{stage}: {text}") };
-    let subject = format!("{vessel} {subject}");
+    let subject = of_command(&format!("{vessel} {subject}"), id);
     Line { actor: by.actor, address: by.from, action: verb, subject, outcome }
 }
 

@@ -184,8 +184,10 @@ impl Commands {
                 return Err(why.into());
             }
         };
-        if let Err(fault) = self.write_asked(by, verb, &subjects).await {
-            tracing::error!(%vessel, verb, %fault, "an order is not sent: the audit log cannot be written");
+        tracing::info!(command = id.0, %vessel, actor = by.who.actor(), verb, subjects = ?subjects, "a command is issued");
+        let named: Vec<String> = subjects.iter().map(|subject| log::of_command(subject, id)).collect();
+        if let Err(fault) = self.write_asked(by, verb, &named).await {
+            tracing::error!(command = id.0, %vessel, verb, %fault, "an order is not sent: the audit log cannot be written");
             let why = say("NOT SENT: the audit log cannot be written");
             let refuse = move |operations: &mut Operations, now| {
                 operations.commands_mut().refused(now, id, why);

@@ -4,6 +4,7 @@
 //! from one person for one vessel are one stop: the first is carried out by a task that continues if the sender
 //! disconnects, and all get its answer. A stop that failed here is forgotten, so that the next try is carried out.
 
+use super::log::of_command;
 use super::{Commands, Issuer};
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::Line;
@@ -90,9 +91,18 @@ impl Commands {
     /// Sends the stop over the hub's downlink as soon as the hub is free. The request and its progress are written into the
     /// audit log afterwards, so that a slow disk does not delay the stop.
     async fn carry_out_stop(&self, vessel: Address, by: &Issuer) -> Outcome {
-        let asked = by.ordered_by();
+        let (asked, people) = (by.ordered_by(), self.people.clone());
         let give = move |operations: &mut Operations, now: Now| {
-            let (id, dispatched) = operations.stop(now, vessel, &asked)?;
+            let stopped = operations.stop(now, vessel, &asked);
+            let subject = vessel.to_string();
+            people.note(Line {
+                actor: asked.actor,
+                address: asked.from,
+                action: Order::Stop.verb(),
+                subject: stopped.as_ref().map_or(subject.clone(), |(id, _)| of_command(&subject, *id)),
+                outcome: "asked".to_owned(),
+            });
+            let (id, dispatched) = stopped?;
             let (reached, waits) = match dispatched {
                 Some(Dispatched::Sent(_)) => (true, false),
                 Some(Dispatched::Waits(transports)) => (!transports.is_empty(), true),
@@ -100,17 +110,10 @@ impl Commands {
             };
             Ok::<_, api::Said>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
         };
-        self.people.note(Line {
-            actor: by.who.actor(),
-            address: by.from.clone(),
-            action: Order::Stop.verb(),
-            subject: vessel.to_string(),
-            outcome: "asked".to_owned(),
-        });
         let given = self.router.ask_first(give).await?;
-        let (reached, waits) =
-            given.as_ref().map_or((false, false), |ordered| (ordered.reached, ordered.waits));
-        tracing::warn!(%vessel, person = by.who.name, reached, waits, "stop");
+        let (command, reached, waits) =
+            given.as_ref().map_or((0, false, false), |ordered| (ordered.id, ordered.reached, ordered.waits));
+        tracing::warn!(command, %vessel, person = by.who.name, reached, waits, "stop");
         given.map_err(Error::refused)
     }
 }

@@ -8,6 +8,7 @@
 mod chart;
 mod figures;
 mod named;
+mod orders;
 mod vessel;
 mod ways;
 

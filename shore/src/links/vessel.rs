@@ -2,15 +2,14 @@
 
 use super::figures::Figures;
 use super::named::Named;
+use super::orders::LinkOrders;
 use super::{Event, Out};
 use crate::charts::{ChartPackage, ChartsAboard};
 use crate::recorder::Recorder;
 use crate::router::{Connection, Router, Whose};
 use api::Said;
 use bytes::Bytes;
-use hub::{
-    CommandId, Delivery, Incoming, Lane, LinkSeq, Peer, Role, Sources, TIME_TO_LIVE, Tag, Transport, Urgency,
-};
+use hub::{Delivery, Incoming, Lane, LinkSeq, Peer, Role, Sources, TIME_TO_LIVE, Tag, Transport, Urgency};
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use link::{
@@ -18,9 +17,9 @@ use link::{
     ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus, WaysReport,
 };
 use operations::{Operations, Receipt};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 use store::GapKind;
 use tokio::sync::{mpsc, watch};
@@ -63,14 +62,9 @@ pub(crate) struct Task {
     durable: Option<u64>,
     /// Declared gaps of the stream that are kept: the first missing number and the one after the last.
     gaps: BTreeMap<u64, u64>,
-    next_command: u64,
     /// The controller that the session was last told.
     control: Option<Commander>,
-    /// Orders of people by their number on the link, until their outcome is known.
-    orders: BTreeMap<u64, CommandId>,
-    /// Stick positions whose outcome is not known; those that did not come in time are counted.
-    sticks: BTreeSet<u64>,
-    late: Arc<AtomicU64>,
+    orders: LinkOrders,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
     /// The vessel's last report about its ways; `None` if it has only one.
@@ -96,12 +90,12 @@ impl Task {
         // Commands are numbered from a random number at each start, so that no start repeats another's numbers, whatever
         // the clock says.
         let somewhere = getrandom::u64().unwrap_or_else(|_| router.clock().now().utc.micros().unsigned_abs());
-        let next_command = somewhere >> 1;
+        let run = somewhere >> 1;
         Self {
             vessel,
             router,
             recorder,
-            shore: Shore::new(ShoreSettings { run: next_command, ..ShoreSettings::default() }),
+            shore: Shore::new(ShoreSettings { run, ..ShoreSettings::default() }),
             connections: BTreeMap::new(),
             chart,
             aboard,
@@ -109,11 +103,8 @@ impl Task {
             stream: None,
             durable: None,
             gaps: BTreeMap::new(),
-            next_command,
             control: None,
-            orders: BTreeMap::new(),
-            sticks: BTreeSet::new(),
-            late,
+            orders: LinkOrders::new(vessel, run, late),
             figures,
             status,
             ways,
@@ -214,19 +205,14 @@ impl Task {
 
     /// A packet for the vessel: an order, or a message of another system.
     fn hand_down(&mut self, Delivery { packet, tag }: Delivery) {
-        let id = self.next_command;
-        self.next_command += 1;
+        let (id, order) = self.orders.given(tag.as_ref());
         let (mut ttl, mut lease, mut overtakes) = (time_to_live(&packet), 0, false);
-        if let Some(Tag { id: command, epoch, expires, urgency }) = tag {
+        if let Some(Tag { epoch, expires, urgency, .. }) = tag {
             (ttl, lease, overtakes) = (expires.since(self.now().mono), epoch, urgency == Urgency::Stop);
-            match command {
-                Some(command) => drop(self.orders.insert(id, command)),
-                None => drop(self.sticks.insert(id)),
-            }
             // The vessel must know the lease before an order under it.
             self.tell_control();
         }
-        self.handle(ShoreInput::Command { id, ttl, lease, overtakes, packet });
+        self.handle(ShoreInput::Command { id, ttl, lease, order, overtakes, packet });
     }
 
     /// Tells the hub whether the link is up: orders then take the link, or other transports.
@@ -287,9 +273,10 @@ impl Task {
                 ShoreOutput::ChartPart(id, ask) => self.read_chart(id, ask),
                 ShoreOutput::ChartReport(report) => self.chart_aboard(report),
                 ShoreOutput::Ways(report) => self.ways_told(report),
+                ShoreOutput::Sent { id, order, over, times } => self.orders.sent((id, order), over, times),
+                ShoreOutput::Stray(receipt) => self.orders.stray(&receipt),
                 ShoreOutput::Outcome(id, outcome) => {
-                    self.outcome(id, &outcome);
-                    if let Some(command) = self.orders.remove(&id) {
+                    if let Some(command) = self.orders.outcome(id, &outcome) {
                         let receipt = receipt(outcome);
                         let tell = move |operations: &mut Operations, now| {
                             operations.commands_mut().receipt(now, command, receipt);
@@ -320,6 +307,8 @@ impl Task {
         }
         tracing::info!(vessel = %self.vessel, name = %hello.name, software = %hello.software, "a vessel greets");
         self.has_ways = hello.way.is_some();
+        let way = hello.way.as_ref().map(|way| way.name.as_str());
+        self.orders.greeted(id, way, |id| self.connections.contains_key(id));
         let stream = hello.stream;
         let (recorder, answers) = (self.recorder.clone(), self.answers.0.clone());
         tokio::spawn(async move {
@@ -404,21 +393,6 @@ impl Task {
                 None => {}
             }
         });
-    }
-
-    fn outcome(&mut self, id: u64, outcome: &Outcome) {
-        let word = match outcome {
-            Outcome::Received => "received",
-            Outcome::Expired => "expired",
-            Outcome::Refused(_) => "refused",
-            Outcome::Unanswered => "unanswered",
-        };
-        metrics::counter!("lutra_link_commands_total", "outcome" => word).increment(1);
-        if self.sticks.remove(&id) {
-            self.late.fetch_add(u64::from(*outcome != Outcome::Received), Ordering::Relaxed);
-        } else if !matches!(outcome, Outcome::Received | Outcome::Expired) {
-            tracing::warn!(vessel = %self.vessel, id, ?outcome, "a command did not arrive");
-        }
     }
 
     /// Publishes the link's state, and periodically records its latency as a series of this server.

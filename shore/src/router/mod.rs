@@ -360,10 +360,8 @@ impl Task {
         // Orders that it did not take are sent by another transport, or wait for one.
         let left = self.outboxes.remove(&peer).map(|outbox| outbox.drain()).unwrap_or_default();
         for Delivery { packet, tag } in left {
-            let (Some(tag), Ok(view)) = (tag.filter(|tag| tag.id.is_some()), PacketView::unchecked(&packet))
-            else {
-                continue;
-            };
+            let tag = tag.filter(|tag| tag.id.is_some() && !tag.is_copy);
+            let (Some(tag), Ok(view)) = (tag, PacketView::unchecked(&packet)) else { continue };
             let order = Telecommand { vessel: view.dst(), tag, packet: packet.clone() };
             self.operations.hub_mut().give_again(self.clock.now(), order);
         }

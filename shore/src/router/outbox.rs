@@ -167,7 +167,8 @@ mod tests {
         let abort = Bytes::from(Packet::new(header, messages::Abort).encode().unwrap());
         let order = |number, urgency| {
             let expires = clock.now().mono + hub::STOP_LIFE;
-            let tag = Some(hub::Tag { id: Some(CommandId(number)), epoch: 0, expires, urgency });
+            let tag =
+                Some(hub::Tag { id: Some(CommandId(number)), is_copy: false, epoch: 0, expires, urgency });
             Delivery { packet: abort.clone(), tag }
         };
         let outbox = Outbox::new(1_000, clock.clone());

@@ -16,7 +16,7 @@ use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
 use units::{MonoTime, Now, UtcTime};
 
-const FORMAT: &str = concat!("lutra-recording 2 ", env!("CARGO_PKG_VERSION"));
+const FORMAT: &str = concat!("lutra-recording 3 ", env!("CARGO_PKG_VERSION"));
 /// No record is longer (bytes): a chart.
 const LONGEST: u32 = 512 << 20;
 

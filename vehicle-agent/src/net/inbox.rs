@@ -12,7 +12,8 @@
 
 use crate::disk::{Done, is_record};
 use imc::{Address, PacketView};
-use onboard::{Lease, Peer, RouteAnswer};
+use onboard::{Lease, Mandate, Peer, RouteAnswer};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -23,6 +24,9 @@ pub(super) const PEER_BYTES: usize = 512 << 10;
 const UDP_BYTES: usize = 4 << 20;
 /// Memory of an entry besides its bytes.
 const ENTRY_BYTES: usize = 64;
+
+/// Most numbers of commands that are kept until they are reported, a second at most.
+const NUMBERS: usize = 64;
 
 /// How long a stream waits for the loop to make room.
 const ROOM_WAIT: Duration = Duration::from_secs(5);
@@ -36,8 +40,8 @@ const COMMANDS: [u16; 5] = [305, 460, 479, 501, 559];
 pub(crate) enum Event {
     /// A packet.
     Packet(Peer, Vec<u8>),
-    /// A packet of the shore, under the lease with this epoch (0 for none).
-    Order(Peer, u64, Vec<u8>),
+    /// A packet of the shore, and under what it comes.
+    Order(Peer, Mandate, Vec<u8>),
     /// The shore reports the controller.
     Lease(Lease),
     /// A client has connected.
@@ -57,6 +61,17 @@ pub(crate) struct Losses {
     pub(crate) dropped: Vec<(Peer, u64)>,
     /// Commands that an Abort overtook.
     pub(crate) withdrawn: u64,
+    /// Numbers ashore of those among them that have one, and of Aborts that found one of the shore's queued.
+    pub(crate) commands: Overtaken,
+}
+
+/// Commands of the shore that are not carried out by themselves, by their numbers ashore.
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
+pub(crate) struct Overtaken {
+    /// An Abort came after them.
+    pub(crate) withdrawn: Vec<u64>,
+    /// An Abort that is carried out by the one that was queued before it.
+    pub(crate) merged: Vec<u64>,
 }
 
 /// The queues.
@@ -75,7 +90,7 @@ struct Waiting {
     woken: bool,
     /// Streams that wait for room.
     readers: usize,
-    aborts: BTreeMap<Peer, Vec<u8>>,
+    aborts: BTreeMap<Peer, (Mandate, Vec<u8>)>,
     after_abort: bool,
     done: VecDeque<Done>,
     /// The newest answer; older ones are not needed.
@@ -87,6 +102,7 @@ struct Waiting {
     dropped: BTreeMap<Peer, u64>,
     dropped_of_all: u64,
     withdrawn: u64,
+    overtaken: Overtaken,
 }
 
 #[derive(Debug, Default)]
@@ -100,7 +116,7 @@ struct Queue {
 enum Item {
     Here,
     Packet(Vec<u8>),
-    Order(u64, Vec<u8>),
+    Order(Mandate, Vec<u8>),
     Lease(Lease),
     Gone,
 }
@@ -137,7 +153,7 @@ impl Inbox {
     pub(super) fn packet(&self, peer: Peer, bytes: &[u8]) {
         let mut waiting = self.lock();
         if self.is_abort(bytes) {
-            waiting.abort(peer, bytes);
+            waiting.abort(peer, Mandate::default(), bytes);
         } else {
             let patient = matches!(peer, Peer::Tcp(_)) && id(bytes).is_some_and(is_record);
             if patient && !waiting.has_room(peer, bytes.len()) {
@@ -153,16 +169,16 @@ impl Inbox {
         self.arrived.notify_one();
     }
 
-    /// A packet of the shore, under a lease; returns whether there was room, for the answer to the shore. Never waits.
-    pub(crate) fn order(&self, peer: Peer, lease: u64, bytes: &[u8]) -> bool {
+    /// A packet of the shore; returns whether there was room, for the answer to the shore. Never waits.
+    pub(crate) fn order(&self, peer: Peer, mandate: Mandate, bytes: &[u8]) -> bool {
         let mut waiting = self.lock();
         let taken = if self.is_abort(bytes) {
-            waiting.abort(peer, bytes);
+            waiting.abort(peer, mandate, bytes);
             true
         } else {
             let has_room = waiting.has_room(peer, bytes.len());
             if has_room {
-                waiting.put(peer, Item::Order(lease, bytes.to_vec()));
+                waiting.put(peer, Item::Order(mandate, bytes.to_vec()));
             }
             has_room
         };
@@ -235,7 +251,9 @@ impl Inbox {
         let mut waiting = self.lock();
         let dropped: Vec<_> = std::mem::take(&mut waiting.dropped).into_iter().collect();
         let withdrawn = std::mem::take(&mut waiting.withdrawn);
-        (withdrawn > 0 || !dropped.is_empty()).then_some(Losses { dropped, withdrawn })
+        let commands = std::mem::take(&mut waiting.overtaken);
+        let any = withdrawn > 0 || !dropped.is_empty() || commands != Overtaken::default();
+        any.then_some(Losses { dropped, withdrawn, commands })
     }
 
     /// Packets dropped since the start.
@@ -262,11 +280,22 @@ impl Inbox {
 }
 
 impl Waiting {
-    fn abort(&mut self, peer: Peer, bytes: &[u8]) {
-        self.aborts.entry(peer).or_insert_with(|| bytes.to_vec());
+    fn abort(&mut self, peer: Peer, mandate: Mandate, bytes: &[u8]) {
+        match self.aborts.entry(peer) {
+            Entry::Vacant(free) => drop(free.insert((mandate, bytes.to_vec()))),
+            Entry::Occupied(queued) if queued.get().0.command != mandate.command => {
+                note(&mut self.overtaken.merged, mandate.command);
+            }
+            Entry::Occupied(_) => {}
+        }
         for (peer, queue) in self.peers.iter_mut().filter(|(_, queue)| queue.commands > 0) {
             let before = queue.bytes;
-            queue.items.retain(|item| !item.is_command());
+            queue.items.retain(|item| {
+                if let (true, Item::Order(mandate, _)) = (item.is_command(), item) {
+                    note(&mut self.overtaken.withdrawn, mandate.command);
+                }
+                !item.is_command()
+            });
             queue.bytes = queue.items.iter().map(Item::bytes).sum();
             self.withdrawn += queue.commands as u64;
             queue.commands = 0;
@@ -342,10 +371,10 @@ impl Waiting {
     fn take(&mut self) -> Option<Event> {
         // An endless series of Aborts must leave turns for others too.
         if !std::mem::take(&mut self.after_abort)
-            && let Some((peer, bytes)) = self.aborts.pop_first()
+            && let Some(abort) = self.take_abort()
         {
             self.after_abort = true;
-            return Some(Event::Packet(peer, bytes));
+            return Some(abort);
         }
         if let Some(done) = self.done.pop_front() {
             return Some(Event::Disk(done));
@@ -354,7 +383,13 @@ impl Waiting {
             return Some(Event::Route(answer));
         }
         let next = self.next_in_turn();
-        next.or_else(|| self.aborts.pop_first().map(|(peer, bytes)| Event::Packet(peer, bytes)))
+        next.or_else(|| self.take_abort())
+    }
+
+    fn take_abort(&mut self) -> Option<Event> {
+        let (peer, (mandate, bytes)) = self.aborts.pop_first()?;
+        let by_shore = mandate != Mandate::default();
+        Some(if by_shore { Event::Order(peer, mandate, bytes) } else { Event::Packet(peer, bytes) })
     }
 
     fn next_in_turn(&mut self) -> Option<Event> {
@@ -376,7 +411,7 @@ impl Waiting {
             }
             match (item, peer) {
                 (Some(Item::Packet(bytes)), _) => return Some(Event::Packet(peer, bytes)),
-                (Some(Item::Order(lease, bytes)), _) => return Some(Event::Order(peer, lease, bytes)),
+                (Some(Item::Order(mandate, bytes)), _) => return Some(Event::Order(peer, mandate, bytes)),
                 (Some(Item::Lease(lease)), _) => return Some(Event::Lease(lease)),
                 (Some(Item::Here), Peer::Tcp(client)) => return Some(Event::Connected(client)),
                 (Some(Item::Gone), Peer::Tcp(client)) => return Some(Event::Disconnected(client)),
@@ -384,6 +419,13 @@ impl Waiting {
             }
         }
         None
+    }
+}
+
+/// Notes the number of a command that has one, of a few.
+fn note(numbers: &mut Vec<u64>, command: u64) {
+    if command > 0 && numbers.len() < NUMBERS {
+        numbers.push(command);
     }
 }
 
@@ -502,6 +544,21 @@ mod tests {
         assert_eq!(inbox.take_losses().unwrap().withdrawn, 1);
         assert!(inbox.lock().peers.is_empty() && inbox.lock().turns.is_empty());
         assert_eq!(inbox.lock().udp_bytes, 0);
+    }
+
+    #[test]
+    fn commands_of_the_shore_that_a_stop_overtakes_are_named() {
+        let inbox = Inbox::new(OWN);
+        let (start, abort) = (packet(OWN, PlanControl::default()), packet(OWN, Abort));
+        let shore = Peer::Tcp(u32::MAX);
+        let mandate = |command| Mandate { lease: 0, command };
+        assert!(inbox.order(shore, mandate(41), &start));
+        for command in [42, 42, 43] {
+            assert!(inbox.order(shore, mandate(command), &abort));
+        }
+        assert_eq!(drain(&inbox), [Event::Order(shore, mandate(42), abort)]);
+        let overtaken = Overtaken { withdrawn: vec![41], merged: vec![43] };
+        assert_eq!(inbox.take_losses().unwrap().commands, overtaken);
     }
 
     #[test]

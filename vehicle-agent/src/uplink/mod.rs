@@ -65,10 +65,10 @@ pub(crate) enum FromShore<'a> {
     NotSpooled(String),
     /// The controller of the vessel.
     Lease(onboard::Lease),
-    /// A packet for the vessel, under the lease with this epoch (0 for none).
+    /// A packet for the vessel.
     Order {
-        /// The epoch.
-        lease: u64,
+        /// Under what it comes.
+        mandate: onboard::Mandate,
         /// The packet.
         packet: &'a [u8],
     },

@@ -6,6 +6,7 @@ use crate::uplink::server::Server;
 use crate::uplink::spool::Bounds;
 use crate::uplink::ways::Door;
 use link::{ConnectionId, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
+use onboard::Mandate;
 use std::collections::BTreeMap;
 use std::io;
 use std::net::TcpListener;
@@ -135,7 +136,9 @@ impl SmallShore {
                 | ShoreOutput::Down
                 | ShoreOutput::ChartPart(..)
                 | ShoreOutput::ChartReport(_)
-                | ShoreOutput::Ways(_) => {}
+                | ShoreOutput::Ways(_)
+                | ShoreOutput::Sent { .. }
+                | ShoreOutput::Stray(_) => {}
             }
         }
     }
@@ -146,10 +149,10 @@ fn commands() -> (Deliver, Receiver<Vec<u8>>) {
     let deliver = move |what: FromShore<'_>| match what {
         FromShore::Lease(_) | FromShore::Chart(_) | FromShore::NotSpooled(_) => Ok(()),
         FromShore::Order { packet: b"refused", .. } => Err("not this one".to_owned()),
-        FromShore::Order { lease: 7, packet } => {
+        FromShore::Order { mandate: Mandate { lease: 7, .. }, packet } => {
             sender.send(packet.to_vec()).map_err(|error| error.to_string())
         }
-        FromShore::Order { lease, .. } => Err(format!("under lease {lease}")),
+        FromShore::Order { mandate, .. } => Err(format!("under lease {}", mandate.lease)),
     };
     (Box::new(deliver), receiver)
 }
@@ -181,6 +184,7 @@ fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() 
             id,
             ttl: Duration::from_secs(30),
             lease: 7,
+            order: id,
             overtakes: false,
             packet: bytes::Bytes::from_static(packet),
         };
@@ -224,6 +228,7 @@ fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
         id: 1,
         ttl: Duration::from_secs(50),
         lease: 0,
+        order: 0,
         overtakes: false,
         packet: bytes::Bytes::from_static(b"go"),
     };

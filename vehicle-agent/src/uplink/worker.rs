@@ -12,7 +12,10 @@ use super::ways::{self, Ledger};
 use super::{Deliver, FromShore};
 use crate::clock::Clock;
 use bytes::Bytes;
-use link::{Answer, ChartAboard, ConnectionId, Failure, Vessel, VesselInput, VesselOutput, VesselSettings};
+use link::{
+    Answer, ChartAboard, ConnectionId, Failure, Receipt, Vessel, VesselInput, VesselOutput, VesselSettings,
+};
+use onboard::Mandate;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeMap;
 use std::os::fd::AsFd as _;
@@ -330,14 +333,28 @@ impl Worker {
                     self.trouble(&format!("who commands was not reported aboard: {error}"));
                 }
             }
-            VesselOutput::Command { id, lease, packet, expires } => {
+            VesselOutput::Command { id, lease, order, packet, expires } => {
                 let answer = if self.clock.now().mono >= expires {
                     Answer::Expired
                 } else {
-                    let order = FromShore::Order { lease, packet: &packet };
+                    let mandate = Mandate { lease, command: order };
+                    let order = FromShore::Order { mandate, packet: &packet };
                     (self.deliver)(order).map_or_else(Answer::Refused, |()| Answer::Received)
                 };
                 tell(self, VesselInput::Answer(id, answer));
+            }
+            VesselOutput::Came { id, order, way, again } => {
+                let way = self.settings.ways[way].called();
+                tracing::info!(command = order, link = id, way, again, "uplink: a command came");
+            }
+            VesselOutput::Answered(Receipt { id, verdict, text, order }) => {
+                tracing::info!(
+                    command = order,
+                    link = id,
+                    outcome = verdict.name(),
+                    text,
+                    "uplink: a command is answered"
+                );
             }
             VesselOutput::ChartBegin(offer) => {
                 tracing::info!(bytes = offer.bytes, "uplink: the shore has another chart: {}", offer.edition);

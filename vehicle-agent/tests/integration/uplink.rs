@@ -181,6 +181,8 @@ impl<'a> SmallShore<'a> {
                 | ShoreOutput::ChartPart(..)
                 | ShoreOutput::ChartReport(_)
                 | ShoreOutput::Ways(_)
+                | ShoreOutput::Sent { .. }
+                | ShoreOutput::Stray(_)
                 | ShoreOutput::Down => {}
             }
         }
@@ -236,7 +238,7 @@ fn the_vessel_itself_refuses_whoever_has_no_lease() {
     let order = |shore: &mut SmallShore<'_>, id, lease, packet: Vec<u8>| {
         let ttl = Duration::from_secs(20);
         let before = shore.outcomes.len();
-        shore.tell(ShoreInput::Command { id, ttl, lease, overtakes: false, packet: packet.into() });
+        shore.tell(ShoreInput::Command { id, ttl, lease, order: 0, overtakes: false, packet: packet.into() });
         shore.serve_until("answered", |shore| shore.outcomes.len() > before);
         shore.outcomes.last().unwrap().clone()
     };
@@ -268,7 +270,14 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
     shore.serve_until("begun", |shore| shore.kept() > 200);
     // A command reaches the brain, and its answer comes like other packets.
     let ttl = Duration::from_secs(20);
-    shore.tell(ShoreInput::Command { id: 1, ttl, lease: 0, overtakes: false, packet: plan_query().into() });
+    shore.tell(ShoreInput::Command {
+        id: 1,
+        ttl,
+        lease: 0,
+        order: 0,
+        overtakes: false,
+        packet: plan_query().into(),
+    });
     shore.serve_until("answered", |shore| !shore.outcomes.is_empty());
     assert_eq!(shore.outcomes, [Outcome::Received]);
     let is_answer = |packet: &Vec<u8>| {

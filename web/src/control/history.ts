@@ -55,5 +55,6 @@ function row(command: Command): HTMLElement {
     { "data-stage": stageOf(command), "data-order": command.order },
     make("p", {}, make("strong", {}, orderText(command.order)), ` ${command.subject} `, make("span", { class: "by" }, t("by {by}", { by: command.by }))),
     make("ol", { class: "steps" }, ...steps),
+    make("p", { class: "number" }, t("Command {id}", { id: String(command.id) })),
   );
 }

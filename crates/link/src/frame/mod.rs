@@ -29,6 +29,10 @@
 //! | 14 | Chart part | shore | digest (32), offset u64, raw bytes u32, method u8, data to the end of the frame |
 //! | 15 | Chart report | vessel | digest held (32), edition, stage u8, bytes aboard u64, of u64, text |
 //! | 16 | Ways | vessel | choice u64, way of live values u8, why u8, way of records u8, why u8, count u8, ways |
+//! | 17 | Command of an order | shore | id u64, sent u64, time to live u32 (ms), lease u64, order u64, packet |
+//!
+//! A Command of an order is sent in place of a Command where both have [`Capabilities::ORDERS`]. A Receipt of it ends with the
+//! order u64.
 //!
 //! Where both have [`Capabilities::WAYS`], a Hello ends with the way: place u8, flags u8 (1 metered), name; a Welcome with the
 //! number of the shore's start u64; a Lease with its number u64; and Live batches are numbered by their first. A place of 255 is
@@ -80,10 +84,12 @@ impl Capabilities {
     pub const CHARTS: Self = Self(8);
     /// Keeps several connections in parallel, one for each way.
     pub const WAYS: Self = Self(16);
+    /// Knows the numbers that orders have ashore.
+    pub const ORDERS: Self = Self(32);
     /// All capabilities of this version.
-    pub const ALL: Self = Self(31);
+    pub const ALL: Self = Self(63);
     /// The capabilities that a vessel with one way asks for.
-    pub const OF_ONE_WAY: Self = Self(15);
+    pub const OF_ONE_WAY: Self = Self(47);
 
     /// The capabilities of both.
     #[must_use]
@@ -285,6 +291,9 @@ pub struct Command {
     pub ttl_ms: u32,
     /// Epoch of the lease under which it is given; 0 for none.
     pub lease: u64,
+    /// The number of the order ashore, by which the logs of both ends name it; 0 where it has none or the vessel does not know
+    /// of these. An order that is given again has the same number under another identity.
+    pub order: u64,
     /// The packet.
     pub packet: Bytes,
 }
@@ -320,6 +329,8 @@ pub struct Receipt {
     pub verdict: Verdict,
     /// Why, where it was refused.
     pub text: String,
+    /// The number of the order ashore, as it came; 0 for none.
+    pub order: u64,
 }
 
 /// A vessel's outcome of a command.
@@ -331,6 +342,17 @@ pub enum Verdict {
     Expired,
     /// It was refused.
     Refused,
+}
+
+impl Verdict {
+    /// The word for logs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Received => "received",
+            Self::Expired => "expired",
+            Self::Refused => "refused",
+        }
+    }
 }
 
 /// The sender lives.

@@ -57,7 +57,7 @@ fn one(rest: &mut Reader) -> Result<Option<Frame>, DecodeError> {
         4 => Frame::Live(batch(body)?),
         5 => Frame::Gap(gap(body)?),
         6 => Frame::Ack(ack(body)?),
-        7 => Frame::Command(command(body)?),
+        7 => Frame::Command(command(body, false)?),
         8 => Frame::Receipt(receipt(body)?),
         9 => Frame::Heartbeat(heartbeat(body)?),
         10 => Frame::Bye(bye(body)?),
@@ -67,6 +67,7 @@ fn one(rest: &mut Reader) -> Result<Option<Frame>, DecodeError> {
         14 => Frame::ChartPart(chart_part(body)?),
         15 => Frame::ChartReport(chart_report(body)?),
         16 => Frame::Ways(ways(body)?),
+        17 => Frame::Command(command(body, true)?),
         _ => return Ok(None),
     }))
 }
@@ -160,13 +161,14 @@ fn ack(mut body: Reader) -> Result<Ack, DecodeError> {
     Ok(Ack { received: body.u64(WHAT)?, durable: body.u64(WHAT)?, bytes: body.u64(WHAT)? })
 }
 
-fn command(mut body: Reader) -> Result<Command, DecodeError> {
+fn command(mut body: Reader, of_order: bool) -> Result<Command, DecodeError> {
     const WHAT: &str = "a command";
     let command = Command {
         id: body.u64(WHAT)?,
         sent: MonoTime::from_micros(body.u64(WHAT)?),
         ttl_ms: body.u32(WHAT)?,
         lease: body.u64(WHAT)?,
+        order: if of_order { body.u64(WHAT)? } else { 0 },
         packet: body.rest(),
     };
     let (have, most) = (command.packet.len() as u64, imc::MAX_PACKET_BYTES as u64);
@@ -184,6 +186,7 @@ fn receipt(mut body: Reader) -> Result<Receipt, DecodeError> {
             other => return Err(DecodeError::BadValue { what: "a verdict", value: u64::from(other) }),
         },
         text: body.text(MAX_TEXT_BYTES, WHAT)?,
+        order: if body.is_empty() { 0 } else { body.u64(WHAT)? },
     })
 }
 

@@ -33,6 +33,7 @@ fn number(frame: &Frame) -> u8 {
         Frame::Live(_) => 4,
         Frame::Gap(_) => 5,
         Frame::Ack(_) => 6,
+        Frame::Command(command) if command.order > 0 => 17,
         Frame::Command(_) => 7,
         Frame::Receipt(_) => 8,
         Frame::Heartbeat(_) => 9,
@@ -83,6 +84,9 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
             put_u64s(out, &[command.id, command.sent.micros()]);
             out.extend_from_slice(&command.ttl_ms.to_le_bytes());
             put_u64s(out, &[command.lease]);
+            if command.order > 0 {
+                put_u64s(out, &[command.order]);
+            }
             out.extend_from_slice(&command.packet);
         }
         Frame::Receipt(receipt) => {
@@ -93,6 +97,9 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
                 Verdict::Refused => 3,
             });
             put_text(out, &receipt.text, MAX_TEXT_BYTES);
+            if receipt.order > 0 {
+                put_u64s(out, &[receipt.order]);
+            }
         }
         Frame::Heartbeat(beat) => {
             put_stamp(out, &beat.stamp);

@@ -87,15 +87,20 @@ impl Shore {
     }
 
     fn commands_over(&mut self, now: Now, id: ConnectionId) {
-        if !self.sessions.get(&id).is_some_and(|one| one.capabilities.has(Capabilities::COMMANDS)) {
+        let capabilities = self.sessions.get(&id).map(|one| one.capabilities).unwrap_or_default();
+        if !capabilities.has(Capabilities::COMMANDS) {
             return;
         }
         for (command, waiting) in self.commands.sendable(now.mono, id) {
             // Rounded down: better too early than too late.
             let ttl_ms = waiting.expires.since(now.mono).as_millis() as u32;
-            let Waiting { lease, packet, .. } = waiting;
-            let frame = Command { id: command, sent: now.mono, ttl_ms, lease, packet };
+            let Waiting { lease, order, times, packet, .. } = waiting;
+            let told = if capabilities.has(Capabilities::ORDERS) { order } else { 0 };
+            let frame = Command { id: command, sent: now.mono, ttl_ms, lease, order: told, packet };
             self.send(id, &Frame::Command(frame));
+            if order > 0 {
+                self.outputs.push_back(ShoreOutput::Sent { id: command, order, over: id, times });
+            }
         }
     }
 

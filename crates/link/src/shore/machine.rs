@@ -137,11 +137,11 @@ impl Shore {
             ShoreInput::Resume(id, durable) => self.resume(now, id, durable),
             ShoreInput::Refuse(id, text) => self.end(id, (ByeCode::Refused, text)),
             ShoreInput::Durable { stream, seq } => self.kept(stream, seq),
-            ShoreInput::Command { id, ttl, lease, overtakes, packet } => {
+            ShoreInput::Command { id, ttl, lease, order, overtakes, packet } => {
                 self.command(
                     now,
                     id,
-                    Waiting::new(lease, packet, now.mono + ttl.min(GREATEST_TTL)),
+                    Waiting::new(lease, order, packet, now.mono + ttl.min(GREATEST_TTL)),
                     overtakes,
                 );
             }
@@ -446,14 +446,20 @@ impl Shore {
         Ok(())
     }
 
-    fn receipt(&mut self, Receipt { id, verdict, text }: Receipt) {
-        let Some(command) = self.commands.answered(id) else { return };
-        let outcome = match verdict {
+    fn receipt(&mut self, receipt: Receipt) {
+        let id = receipt.id;
+        let Some(command) = self.commands.answered(id) else {
+            if receipt.order > 0 {
+                self.outputs.push_back(ShoreOutput::Stray(receipt));
+            }
+            return;
+        };
+        let outcome = match receipt.verdict {
             Verdict::Received => Outcome::Received,
             // An earlier start of the vessel's program may have carried it out and not said so.
             _ if command.sent_before_start => Outcome::Unanswered,
             Verdict::Expired => Outcome::Expired,
-            Verdict::Refused => Outcome::Refused(text),
+            Verdict::Refused => Outcome::Refused(receipt.text),
         };
         self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
     }

@@ -7,7 +7,7 @@ mod machine;
 pub use machine::Shore;
 
 use crate::clocks::ClockEstimate;
-use crate::frame::{ByeCode, ChartOffer, ChartReport, ChartRequest, Commander, Gap, Hello};
+use crate::frame::{ByeCode, ChartOffer, ChartReport, ChartRequest, Commander, Gap, Hello, Receipt};
 use crate::ways::WaysReport;
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
@@ -60,6 +60,9 @@ pub enum ShoreInput {
         ttl: Duration,
         /// Epoch of the lease under which it is given; 0 for none.
         lease: u64,
+        /// The number of the order ashore, by which logs name it; 0 for none. An order that is given again has the same under
+        /// another identity.
+        order: u64,
         /// Whether it is a stop: what was given before it and has no answer yet is not sent any more, as it would be
         /// carried out after the stop that was meant to end it.
         overtakes: bool,
@@ -109,6 +112,20 @@ pub enum ShoreOutput {
     Live(Vec<Record>),
     /// The outcome of a command; given once for each.
     Outcome(u64, Outcome),
+    /// A command of an order went over a connection, for the log.
+    Sent {
+        /// Its identity.
+        id: u64,
+        /// The number of the order.
+        order: u64,
+        /// Over which connection.
+        over: ConnectionId,
+        /// How often it was sent by now, over all connections.
+        times: u32,
+    },
+    /// A receipt of a command of an order that nothing waits for, for the log: one that came by several ways, or of an earlier
+    /// start of this program.
+    Stray(Receipt),
     /// The vessel wants a part of the chart that was offered: answer by [`ShoreInput::ChartPart`]. One at a time.
     ChartPart(ConnectionId, ChartRequest),
     /// The vessel's report of its chart.

@@ -187,9 +187,14 @@ impl Vessel {
 
     fn command(&mut self, now: Now, place: usize, command: Command) {
         let Some(open) = self.ways[place].open() else { return };
-        let (id, joint) = (command.id, open.joint);
+        let (id, order, joint) = (command.id, command.order, open.joint);
         let age = open.clocks.greatest_age(now.mono, command.sent);
-        match self.seen.look(id, place) {
+        let first = self.seen.look(id, order, place);
+        if order > 0 {
+            let again = first != First::New;
+            self.outputs.push_back(VesselOutput::Came { id, order, way: place, again });
+        }
+        match first {
             First::Unanswered => {}
             First::Answered(receipt) => self.send(now, place, message(&Frame::Receipt(receipt))),
             First::New if joint && id < self.newest_command => {
@@ -205,7 +210,7 @@ impl Vessel {
                 match left {
                     Some(left) => {
                         let (lease, packet, expires) = (command.lease, command.packet, now.mono + left);
-                        self.outputs.push_back(VesselOutput::Command { id, lease, packet, expires });
+                        self.outputs.push_back(VesselOutput::Command { id, lease, order, packet, expires });
                     }
                     None => self.answer(now, id, Answer::Expired),
                 }
@@ -220,6 +225,9 @@ impl Vessel {
             Answer::Refused(text) => (Verdict::Refused, text),
         };
         let Some((receipt, came_on)) = self.seen.answer(now.mono, id, verdict, text) else { return };
+        if receipt.order > 0 {
+            self.outputs.push_back(VesselOutput::Answered(receipt.clone()));
+        }
         // Either way may be dead though it is open; a record that comes twice does no harm ashore.
         let live = self.report.live.map(usize::from);
         let stands: Vec<usize> = (0..self.ways.len()).filter(|place| self.ways[*place].stands()).collect();

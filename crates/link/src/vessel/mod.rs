@@ -12,7 +12,7 @@ pub use chart::ChartAboard;
 pub use machine::Vessel;
 
 use crate::clocks::ClockEstimate;
-use crate::frame::{ChartDigest, ChartOffer, Gap, Lease};
+use crate::frame::{ChartDigest, ChartOffer, Gap, Lease, Receipt};
 use crate::ways::{WaySettings, WaysReport};
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
@@ -154,11 +154,26 @@ pub enum VesselOutput {
         id: u64,
         /// Epoch of the lease under which it is given; 0 for none.
         lease: u64,
+        /// The number of the order ashore; 0 for none.
+        order: u64,
         /// The packet.
         packet: Bytes,
         /// Too late from here on.
         expires: MonoTime,
     },
+    /// A command of an order came, for the log.
+    Came {
+        /// Its identity.
+        id: u64,
+        /// The number of the order.
+        order: u64,
+        /// By the way of this place.
+        way: usize,
+        /// Whether it came before.
+        again: bool,
+    },
+    /// A command of an order is answered, for the log.
+    Answered(Receipt),
     /// Who commands the vessel.
     Lease(Lease),
     /// The shore agreed: the link is open, or open by one more way.

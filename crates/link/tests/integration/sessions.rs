@@ -166,6 +166,7 @@ fn command(id: u64, ttl_ms: u64) -> ShoreInput {
         id,
         ttl: Duration::from_millis(ttl_ms),
         lease: 7,
+        order: 77,
         overtakes: false,
         packet: Bytes::from_static(b"packet"),
     }
@@ -177,7 +178,8 @@ fn a_command_is_delivered_answered_and_reported() {
     pair.carry(at(0));
     pair.shore.handle(at(100), command(5, 1000));
     pair.carry(at(100));
-    let Some(VesselOutput::Command { id: 5, lease: 7, packet, expires }) = pair.aboard.pop() else {
+    let Some(VesselOutput::Command { id: 5, lease: 7, order: 77, packet, expires }) = pair.aboard.pop()
+    else {
         panic!()
     };
     assert_eq!(&packet[..], b"packet");
@@ -188,6 +190,61 @@ fn a_command_is_delivered_answered_and_reported() {
         pair.ashore.pop(),
         Some(ShoreOutput::Outcome(5, Outcome::Refused("the queue is full".to_owned())))
     );
+}
+
+#[test]
+fn an_order_keeps_its_number_down_and_back_and_when_it_is_given_again() {
+    let mut pair = Pair::new(vessel(0, 0), None);
+    pair.carry(at(0));
+    for (id, ms) in [(5, 100), (6, 3_000)] {
+        pair.shore.handle(at(ms), command(id, 1000));
+        pair.carry(at(ms));
+        let came = VesselOutput::Came { id, order: 77, way: 0, again: false };
+        assert!(pair.aboard.contains(&came), "{:?}", pair.aboard);
+        let over = pair.open.unwrap();
+        let sent = ShoreOutput::Sent { id, order: 77, over, times: 1 };
+        assert!(pair.ashore.contains(&sent), "{:?}", pair.ashore);
+        pair.vessel.handle(at(ms), VesselInput::Answer(id, Answer::Received));
+        pair.carry(at(ms));
+        assert_eq!(pair.ashore.last(), Some(&ShoreOutput::Outcome(id, Outcome::Received)));
+    }
+    let answered = pair.aboard.iter().filter_map(|one| match one {
+        VesselOutput::Answered(receipt) => Some((receipt.id, receipt.order)),
+        _ => None,
+    });
+    assert_eq!(answered.collect::<Vec<_>>(), [(5, 77), (6, 77)]);
+    // A shore that was started again meanwhile knows neither identity, but the order.
+    let receipt = frame::Receipt { id: 4, verdict: frame::Verdict::Received, text: String::new(), order: 76 };
+    let message = frame::message(&Frame::Receipt(receipt.clone()));
+    pair.shore.handle(at(3_001), ShoreInput::Message(pair.open.unwrap(), message));
+    assert!(given(&mut pair.shore).contains(&ShoreOutput::Stray(receipt)));
+}
+
+#[test]
+fn a_vessel_of_before_gets_the_command_that_it_knows() {
+    let sent_to = |capabilities: u32| {
+        let mut shore = Shore::new(ShoreSettings::default());
+        let id = ConnectionId(1);
+        shore.handle(at(0), ShoreInput::Opened(id));
+        let Some(Ok(Frame::Hello(hello))) = frame::decode(hello(1, frame::VERSION)).unwrap().next() else {
+            panic!()
+        };
+        let hello = frame::Hello { capabilities: link::Capabilities(capabilities), ..hello };
+        shore.handle(at(0), ShoreInput::Message(id, frame::message(&Frame::Hello(hello))));
+        shore.handle(at(0), ShoreInput::Resume(id, None));
+        shore.handle(at(0), command(5, 1000));
+        let messages = given(&mut shore).into_iter().filter_map(|output| match output {
+            ShoreOutput::Send(_, bytes) => Some(bytes),
+            _ => None,
+        });
+        let kinds = [7, 17];
+        let command = messages.filter(|bytes| kinds.contains(&bytes[0])).next_back().unwrap();
+        let Some(Ok(Frame::Command(told))) = frame::decode(command.clone()).unwrap().next() else { panic!() };
+        assert_eq!(&told.packet[..], b"packet");
+        (command[0], told.order)
+    };
+    assert_eq!(sent_to(15), (7, 0), "as version 0.1.0 reads it");
+    assert_eq!(sent_to(47), (17, 77));
 }
 
 #[test]
@@ -372,8 +429,8 @@ fn a_silent_shore_is_left_after_three_seconds() {
 fn what_was_ordered_before_a_stop_is_not_sent_after_it() {
     let mut pair = Pair::new(vessel(0, 0), None);
     let stop = |id| match command(id, 60_000) {
-        ShoreInput::Command { id, ttl, lease, packet, .. } => {
-            ShoreInput::Command { id, ttl, lease, overtakes: true, packet }
+        ShoreInput::Command { id, ttl, lease, order, packet, .. } => {
+            ShoreInput::Command { id, ttl, lease, order, overtakes: true, packet }
         }
         other => other,
     };

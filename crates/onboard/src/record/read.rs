@@ -3,7 +3,7 @@
 use crate::entity::Entity;
 use crate::grounding::ChartFile;
 use crate::input::{DeviceState, HostReading, Input, Reachable};
-use crate::lease::Lease;
+use crate::lease::{Lease, Mandate};
 use crate::peer::Peer;
 use crate::routing::{FoundRoute, RouteAnswer};
 use crate::states::Condition;
@@ -152,7 +152,10 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
             let text = take.text()?;
             Input::Stored(ticket, if ok { Ok(()) } else { Err(text) })
         }
-        15 => Input::Order(take.peer()?, take.u64()?, take.bytes()?.to_vec()),
+        15 => {
+            let (peer, lease, command) = (take.peer()?, take.u64()?, take.u64()?);
+            Input::Order(peer, Mandate { lease, command }, take.bytes()?.to_vec())
+        }
         16 => {
             let (epoch, lasts) = (take.u64()?, Duration::from_micros(take.u64()?));
             Input::Lease(Lease { epoch, lasts, holder: take.text()? })
@@ -379,7 +382,7 @@ mod tests {
             Input::ParametersKept("Path Control".into(), Ok(())),
             Input::ParametersKept("Path Control".into(), Err("disk full".into())),
             Input::Shutdown,
-            Input::Order(Peer::Tcp(3), 1 << 50, vec![1, 2, 3]),
+            Input::Order(Peer::Tcp(3), Mandate { lease: 1 << 50, command: 1 << 41 }, vec![1, 2, 3]),
             Input::Lease(Lease { epoch: 7, lasts: Duration::from_secs(30), holder: "nils".into() }),
             Input::Chart(ChartFile::whole("sea".into(), [7; 32], DepthIndex::default())),
             Input::Route(RouteAnswer { number: 3, outcome: Err("land".into()) }),

@@ -144,10 +144,11 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.bytes(what.as_bytes());
         }
         Input::Shutdown => put.u8(13),
-        Input::Order(peer, lease, bytes) => {
+        Input::Order(peer, mandate, bytes) => {
             put.u8(15);
             put.peer(*peer);
-            put.u64(*lease);
+            put.u64(mandate.lease);
+            put.u64(mandate.command);
             put.bytes(bytes);
         }
         Input::Lease(Lease { epoch, lasts, holder }) => {

@@ -3,13 +3,16 @@
 use crate::common::{CONSOLE, OTTER, Sea, frame};
 use imc::messages::*;
 use imc::{Header, Packet};
-use onboard::{Input, Lease, Peer};
+use onboard::{Input, Lease, Mandate, Peer};
 use std::time::Duration;
 use units::LocalPoint;
 
 /// The shore among the peers, and its address.
 const SHORE: Peer = Peer::Tcp(u32::MAX);
 const SHORE_ADDRESS: imc::Address = imc::Address(0x4100);
+
+/// The number ashore of every order here.
+const COMMAND: u64 = 1_790_000_000_000;
 
 fn lease(sea: &mut Sea, epoch: u64, seconds: u64) {
     let holder = format!("holder {epoch}");
@@ -20,7 +23,8 @@ fn lease(sea: &mut Sea, epoch: u64, seconds: u64) {
 fn order(sea: &mut Sea, epoch: u64, message: impl Into<Message>) {
     let timestamp = sea.vehicle.now.utc.seconds();
     let header = Header { timestamp, src: SHORE_ADDRESS, dst: OTTER, ..Header::default() };
-    sea.tell(Input::Order(SHORE, epoch, Packet::new(header, message).encode().unwrap()));
+    let mandate = Mandate { lease: epoch, command: COMMAND };
+    sea.tell(Input::Order(SHORE, mandate, Packet::new(header, message).encode().unwrap()));
 }
 
 /// Keeping station somewhere, as a plan of one maneuver.
@@ -87,6 +91,34 @@ fn of_two_people_the_vessel_obeys_the_one_with_the_lease() {
     assert!(info.contains("has ended"), "{info}");
     order(&mut sea, 8, start("second"));
     assert_eq!(runs(&mut sea).as_deref(), Some("second"));
+}
+
+#[test]
+fn the_log_book_says_which_command_of_the_shore_led_to_what() {
+    let mut sea = Sea::new();
+    sea.run(5.0);
+    lease(&mut sea, 7, 30);
+    order(&mut sea, 7, start("first"));
+    order(&mut sea, 6, start("second"));
+    order(&mut sea, 0, Abort);
+    sea.run(1.0);
+    sea.send(start("console"));
+    let told: Vec<(String, bool)> = sea
+        .all::<LogBookEntry>()
+        .iter()
+        .map(|(_, entry)| {
+            let text = entry.text.to_str_lossy();
+            let (text, command) = imc::logbook::split_command(&text);
+            (text.to_owned(), command == Some(COMMAND))
+        })
+        .collect();
+    let of = |words: &str| told.iter().find(|(text, _)| text.contains(words)).map(|(_, named)| *named);
+    for words in ["request start 'first'", "first: plan initializing", "has ended", "stopped by 0x4100"] {
+        assert_eq!(of(words), Some(true), "{words}: {told:?}");
+    }
+    for words in ["holder 7 has control", "is refused: holder 7"] {
+        assert_eq!(of(words), Some(false), "{words}: {told:?}");
+    }
 }
 
 #[test]

@@ -220,6 +220,7 @@ impl Commands {
 
     /// A vessel reports refused values in its log book only: Lutra's to the requester, DUNE's to all.
     fn entry(&mut self, now: Now, vessel: Address, text: &str) {
+        let (text, _) = imc::logbook::split_command(text);
         for id in self.open(vessel, |one| matches!(&one.effect, Effect::Reports(_, set) if !set.is_empty())) {
             let Some(command) = self.all.get_mut(&id) else { continue };
             let Effect::Reports(_, set) = &command.effect else { continue };

@@ -241,6 +241,8 @@ pub struct OrderedBy {
 /// Progress of a command, for the audit log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandEvent {
+    /// Its number.
+    pub id: CommandId,
     /// To whom.
     pub vessel: Address,
     /// Who ordered it.
@@ -385,7 +387,7 @@ impl Commands {
         let (vessel, epoch, request_id) = (command.vessel, command.epoch, command.request_id);
         let (urgency, life) =
             if order.is_stop() { (Urgency::Stop, STOP_LIFE) } else { (Urgency::Command, TIME_TO_LIVE) };
-        let tag = Tag { id: Some(id), epoch, expires: now.mono + life, urgency };
+        let tag = Tag { id: Some(id), is_copy: false, epoch, expires: now.mono + life, urgency };
         self.step(now, id, Stage::Accepted, Said::default(), false);
         match Packet::new(header, order.message(request_id)).encode() {
             Ok(packet) => Some(Telecommand { vessel, tag, packet: packet.into() }),
@@ -525,6 +527,7 @@ impl Commands {
         // Queries are not audited; earlier stages are written to the audit log by the caller.
         if command.commands && stage >= Stage::Waiting {
             let event = CommandEvent {
+                id,
                 vessel: command.vessel,
                 by: command.by.clone(),
                 verb: command.verb,

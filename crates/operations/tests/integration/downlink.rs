@@ -193,7 +193,13 @@ fn a_vessel_without_a_link_gets_a_stop_when_it_is_heard_again_and_other_orders_a
 fn stick_positions_wait_for_nothing() {
     let mut world = World::new();
     let link = world.link();
-    let tag = |millis| Tag { id: None, epoch: 7, expires: at(millis).mono, urgency: Urgency::Sticks };
+    let tag = |millis| Tag {
+        id: None,
+        is_copy: false,
+        epoch: 7,
+        expires: at(millis).mono,
+        urgency: Urgency::Sticks,
+    };
     let sticks = |tag| Telecommand { vessel: BOAT, tag, packet: voltage() };
     assert!(matches!(world.hub.dispatch(at(0), sticks(tag(500))), Dispatched::Refused(_)));
     world.hub.link_stands(at(100), link, true);

@@ -32,6 +32,7 @@ use imc::messages::PlanSpecification;
 use past::Past;
 use sail::{Crew, Report};
 use scratch::Scratch;
+use service::journal::VesselNames;
 use shore::clock;
 use shore::commands::Issuer;
 use shore::identity::tokens::{self, MakeLink};
@@ -109,7 +110,7 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
         None => Scratch::temporary()?,
     };
     let config = configuration(common, listen, scratch.path())?;
-    log::start(&config.log);
+    log::start(&config.log, &VesselNames::default());
     let plural = if arguments.otters == 1 { "" } else { "s" };
     say!("A shore server and {} simulated Otter{plural}, with everything in {scratch}", arguments.otters);
     let mut crew = Vec::new();

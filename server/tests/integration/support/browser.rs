@@ -1,5 +1,6 @@
 //! A minimal browser with cookies, and requests without authentication.
 
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
@@ -59,4 +60,21 @@ pub(crate) fn ask(server: SocketAddr, path: &str) -> (u16, String) {
     stream.read_to_string(&mut answer).unwrap();
     let (head, body) = answer.split_once("\r\n\r\n").unwrap();
     (head.split(' ').nth(1).unwrap().parse().unwrap(), body.to_owned())
+}
+
+/// The answer to a request of a script, which is accepted.
+pub(crate) fn post(server: SocketAddr, path: &str, token: &str, body: &Value) -> Value {
+    let (mut stream, body) = (TcpStream::connect(server).unwrap(), body.to_string());
+    write!(
+        stream,
+        "POST /api/v1{path} HTTP/1.0\r\nhost: {server}\r\nauthorization: Bearer {token}\r\n\
+         content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}",
+        body.len()
+    )
+    .unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    assert!(head.starts_with("HTTP/1.0 20"), "{path}: {head}\n{body}");
+    serde_json::from_str(body).unwrap()
 }

@@ -221,10 +221,14 @@ impl Agent {
     pub(crate) fn run(mut command: Command, profile: &str, config: &Path, folder: &Path) -> Self {
         std::fs::create_dir_all(folder).unwrap();
         let errors = File::options().create(true).append(true).open(folder.join("errors")).unwrap();
+        // Whoever wants more of its log says so by the variable.
+        let told = command.get_envs().any(|(name, _)| name == "LUTRA_LOG");
         let mut child = command
             .arg("run")
             .arg(config)
-            .args(["--profile", profile, "--quiet", "--bind", "127.0.0.1", "--data"])
+            .args(["--profile", profile, "--bind", "127.0.0.1"])
+            .args((!told).then_some("--quiet"))
+            .arg("--data")
             .arg(folder)
             .args(["--udp-port", "0", "--tcp-port", "0", "--announce-port", "0"])
             .stdout(Stdio::piped())

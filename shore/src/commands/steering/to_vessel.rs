@@ -30,7 +30,7 @@ pub(super) fn dispatch(
         dst_ent: u8::MAX,
     };
     let Ok(packet) = Packet::new(header, message).encode() else { return };
-    let tag = Tag { id: None, epoch, expires: now.mono + life, urgency: Urgency::Sticks };
+    let tag = Tag { id: None, is_copy: false, epoch, expires: now.mono + life, urgency: Urgency::Sticks };
     // Without a route it is dropped: it would be stale a moment later.
     operations.hub_mut().dispatch(now, Telecommand { vessel, tag, packet: packet.into() });
 }

@@ -182,7 +182,7 @@ impl World {
         let ttl = Duration::from_millis(self.chance.between(100, 20_000));
         self.shore.asked.insert(id, (self.now_us, ttl, None));
         let packet = Bytes::from(id.to_le_bytes().to_vec());
-        self.shore_handle(ShoreInput::Command { id, ttl, lease: 0, overtakes: false, packet });
+        self.shore_handle(ShoreInput::Command { id, ttl, lease: 0, order: id, overtakes: false, packet });
     }
 
     /// No command came late or twice, and each outcome is true.
@@ -210,7 +210,7 @@ fn as_read_by_an_older_shore(input: ShoreInput) -> ShoreInput {
     match input {
         ShoreInput::Message(id, bytes) => match frame::decode(bytes.clone()).unwrap().next() {
             Some(Ok(Frame::Hello(hello))) => {
-                let capabilities = hello.capabilities.and(Capabilities::OF_ONE_WAY);
+                let capabilities = hello.capabilities.and(Capabilities(15));
                 let hello = Hello { capabilities, way: None, ..hello };
                 ShoreInput::Message(id, frame::message(&Frame::Hello(hello)))
             }

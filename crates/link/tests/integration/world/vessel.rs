@@ -242,7 +242,8 @@ impl World {
                 self.chart_part_came(&digest, offset, &bytes);
             }
             VesselOutput::Switched(report) => self.vessel.switches.push((self.now_us, report)),
-            VesselOutput::Up(_) | VesselOutput::Lease(_) => {}
+            VesselOutput::Answered(receipt) => assert_eq!(receipt.order, receipt.id, "as the world orders"),
+            VesselOutput::Up(_) | VesselOutput::Lease(_) | VesselOutput::Came { .. } => {}
         }
     }
 

@@ -1,0 +1,124 @@
+//! What goes down one vessel's link: the numbers there, the commands behind them, and the log's lines about both.
+
+use hub::{CommandId, Tag};
+use imc::Address;
+use link::{ConnectionId, Outcome, Receipt};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The packets on a vessel's link whose outcome is not known.
+pub(super) struct LinkOrders {
+    vessel: Address,
+    next: u64,
+    /// The first number that this start of the program gave out.
+    first: u64,
+    /// Orders of people by their number on the link; `true` for a copy, whose outcome says nothing of the order's.
+    orders: BTreeMap<u64, (CommandId, bool)>,
+    /// Stick positions; those that did not come in time are counted.
+    sticks: BTreeSet<u64>,
+    late: Arc<AtomicU64>,
+    /// The names of the vessel's ways, by connection.
+    ways: BTreeMap<ConnectionId, String>,
+}
+
+impl LinkOrders {
+    /// None yet. Numbers begin at `first`, which no start of the program repeats; `late` counts stick positions.
+    pub(super) fn new(vessel: Address, first: u64, late: Arc<AtomicU64>) -> Self {
+        let (orders, sticks, ways) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new());
+        Self { vessel, next: first, first, orders, sticks, late, ways }
+    }
+
+    /// The number of a packet that is given to the link, and of its order ashore (0 for none).
+    pub(super) fn given(&mut self, tag: Option<&Tag>) -> (u64, u64) {
+        let id = self.next;
+        self.next += 1;
+        match tag.map(|tag| (tag.id, tag.is_copy)) {
+            Some((Some(command), is_copy)) => drop(self.orders.insert(id, (command, is_copy))),
+            Some((None, _)) => drop(self.sticks.insert(id)),
+            None => {}
+        }
+        (id, tag.and_then(|tag| tag.id).map_or(0, |command| command.0))
+    }
+
+    /// A connection by a way of this name greets; of the others `stand` says whether they are there.
+    pub(super) fn greeted(
+        &mut self,
+        id: ConnectionId,
+        way: Option<&str>,
+        stand: impl Fn(&ConnectionId) -> bool,
+    ) {
+        self.ways.retain(|id, _| stand(id));
+        self.ways.extend(way.map(|way| (id, way.to_owned())));
+    }
+
+    /// A command went over a connection, for this time.
+    pub(super) fn sent(&self, (id, order): (u64, u64), over: ConnectionId, times: u32) {
+        let way = self.ways.get(&over).map_or("", String::as_str);
+        tracing::info!(command = order, vessel = %self.vessel, link = id, way, times, "sent on the link");
+    }
+
+    /// The outcome of a packet: the command that it is the outcome of.
+    pub(super) fn outcome(&mut self, id: u64, outcome: &Outcome) -> Option<CommandId> {
+        let word = match outcome {
+            Outcome::Received => "received",
+            Outcome::Expired => "expired",
+            Outcome::Refused(_) => "refused",
+            Outcome::Unanswered => "unanswered",
+        };
+        metrics::counter!("lutra_link_commands_total", "outcome" => word).increment(1);
+        if self.sticks.remove(&id) {
+            self.late.fetch_add(u64::from(*outcome != Outcome::Received), Ordering::Relaxed);
+            return None;
+        }
+        let Some((command, is_copy)) = self.orders.remove(&id) else {
+            if !matches!(outcome, Outcome::Received | Outcome::Expired) {
+                tracing::warn!(vessel = %self.vessel, id, ?outcome, "a packet did not arrive");
+            }
+            return None;
+        };
+        if matches!(outcome, Outcome::Received | Outcome::Expired) || is_copy {
+            tracing::info!(command = command.0, vessel = %self.vessel, link = id, ?outcome, "answered on the link");
+        } else {
+            tracing::warn!(command = command.0, vessel = %self.vessel, link = id, ?outcome, "a command did not arrive");
+        }
+        (!is_copy).then_some(command)
+    }
+
+    /// A receipt that nothing waits for: one of many that came by several ways, or an earlier start of this program waited.
+    pub(super) fn stray(&self, Receipt { id, verdict, text, order }: &Receipt) {
+        let (vessel, outcome) = (self.vessel, verdict.name());
+        if (self.first..self.next).contains(id) {
+            tracing::debug!(command = order, %vessel, link = id, outcome, text, "answered again on the link");
+        } else {
+            let earlier = "the vessel answers a command of before this server's start";
+            tracing::info!(command = order, %vessel, link = id, outcome, text, "{earlier}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hub::Urgency;
+
+    #[test]
+    fn a_copy_has_the_number_of_its_order_and_its_outcome_is_not_the_orders() {
+        let late = Arc::new(AtomicU64::new(0));
+        let mut orders = LinkOrders::new(Address(0x2810), 100, Arc::clone(&late));
+        let tag = |id: Option<u64>, is_copy| Tag {
+            id: id.map(CommandId),
+            is_copy,
+            epoch: 0,
+            expires: units::MonoTime::default(),
+            urgency: Urgency::Stop,
+        };
+        assert_eq!(orders.given(Some(&tag(Some(7), true))), (100, 7));
+        assert_eq!(orders.given(Some(&tag(Some(7), false))), (101, 7));
+        assert_eq!(orders.given(Some(&tag(None, false))), (102, 0));
+        assert_eq!(orders.given(None), (103, 0));
+        let outcomes = [100, 101, 102, 103].map(|id| orders.outcome(id, &Outcome::Expired));
+        assert_eq!(outcomes, [None, Some(CommandId(7)), None, None]);
+        assert_eq!(late.load(Ordering::Relaxed), 1, "the stick position alone");
+    }
+}
