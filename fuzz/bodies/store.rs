@@ -1,12 +1,16 @@
-//! What must hold whatever stands in the archive's sidecar `Arrivals.idx`, and in the files of a compressed day. The fuzz target calls this with bytes of
+//! What must hold whatever stands in the archive's sidecar `Arrivals.idx`, in the files of a compressed day, and in a chunk of a compressed
+//! month. The fuzz target calls this with bytes of
 //! its own making, and `make test` with the committed seeds and everything that was ever found.
 
-use imc::messages::Temperature;
+use imc::messages::{LogBookEntry, Temperature};
 use imc::{Address, Header};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use store::{Accepted, LinkSeq, Packing, Reader, Store, Transport, plan_packing};
+use store::{
+    Accepted, LinkSeq, PackedMonth, Packing, Page, Reader, Source, Store, TimeRange, Transport, plan_months,
+    plan_packing,
+};
 use units::UtcTime;
 
 pub(crate) const SYSTEM: Address = Address(0x2810);
@@ -101,6 +105,82 @@ pub(crate) fn packed(data: &[u8]) {
         !day.join("Data.lsf").exists() && !day.join("Arrivals.idx").exists(),
         "a compressed day was written to"
     );
+}
+
+/// Entries of the log book in a compressed month.
+const ENTRIES: u64 = 40;
+const MONTH: &str = "history/2026-11.sqlite";
+
+/// A compressed month, and the body of its one chunk, as a store makes them.
+pub(crate) static CHUNK: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+    let folder = scratch();
+    let mut store = Store::open(folder.path()).expect("a new folder");
+    for number in 0..ENTRIES {
+        let received = UtcTime::from_seconds(START_S + number as f64).expect("a time");
+        let header = Header { timestamp: received.seconds(), src: SYSTEM, src_ent: 5, ..Header::default() };
+        let entry = LogBookEntry {
+            text: format!("entry {}", number * number).into(),
+            htime: 0.1 * number as f64,
+            ..LogBookEntry::default()
+        };
+        let mut packet = Vec::new();
+        imc::encode_into(&mut packet, &header, &entry).expect("short");
+        store
+            .accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None })
+            .expect("a packet");
+    }
+    store.commit().expect("room");
+    let now = UtcTime::from_seconds(START_S + 86_400.0 * 90.0).expect("a time");
+    let month = plan_months(folder.path(), 1, now).expect("readable")[0];
+    assert!(store.ready_month(month.key).expect("room"), "the history lacks nothing");
+    let packed = PackedMonth::make(folder.path(), &month, &mut |_| true).expect("room");
+    store.adopt_month(packed).expect("room").expect("nothing else has it open");
+    store.close().expect("a good end");
+    let file = folder.path().join(MONTH);
+    let connection = rusqlite::Connection::open(&file).expect("a database");
+    let body = connection.query_row("SELECT body FROM _chunk", (), |row| row.get(0)).expect("one chunk");
+    drop(connection);
+    [fs::read(&file).expect("it is there"), body]
+});
+
+/// The first byte says whether what follows takes the place of all of a chunk or of a part, and whether its sum is made right; two bytes
+/// say where the part begins. Reading it gives as many rows as it had, or says that it is damaged.
+pub(crate) fn chunk(data: &[u8]) {
+    let Some((how, rest)) = data.split_first() else { return };
+    let [file, whole] = &*CHUNK;
+    let mut body = whole.clone();
+    if how & 1 == 0 {
+        body = rest.to_vec();
+    } else if let Some(([low, high], bytes)) = rest.split_first_chunk() {
+        let at = usize::from(u16::from_le_bytes([*low, *high])) % body.len();
+        let end = body.len().max(at + bytes.len());
+        body.resize(end, 0);
+        body[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+    if how & 2 != 0 && body.len() >= 4 {
+        let said = body.len() - 4;
+        let mut sum = flate2::Crc::new();
+        sum.update(&body[..said]);
+        body[said..].copy_from_slice(&sum.sum().to_le_bytes());
+    }
+    let folder = scratch();
+    let month = folder.path().join(MONTH);
+    fs::create_dir(folder.path().join("history")).expect("room");
+    fs::write(&month, file).expect("room");
+    let connection = rusqlite::Connection::open(&month).expect("a database");
+    connection.execute("UPDATE _chunk SET body=?1", [&body]).expect("room");
+    drop(connection);
+    let mut reader = Reader::open(folder.path()).expect("it is there");
+    let source = Source { system: SYSTEM, entity: 5, message: "LogBookEntry".to_owned() };
+    let fields = ["type", "htime", "context", "text"];
+    match reader.rows(&source, &fields, TimeRange::ALL, Page::first(usize::MAX)) {
+        Ok(rows) => assert_eq!(rows.items.len() as u64, ENTRIES, "rows were lost or made up"),
+        Err(error) => assert!(error.to_string().contains("LogBookEntry of 0x2810"), "{error}"),
+    }
+    if body != *whole && how & 2 == 0 {
+        let told = reader.samples(&source, &["htime"], TimeRange::ALL, 100);
+        assert!(told.is_err(), "its sum is wrong, and nothing is said");
+    }
 }
 
 /// The first byte says whether each record's sum is made right, so that what it says is believed; the rest is the

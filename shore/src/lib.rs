@@ -31,6 +31,7 @@ pub mod identity;
 pub mod links;
 pub mod logbook;
 pub mod missions;
+mod months;
 pub mod notices;
 mod once;
 pub mod owners;

@@ -54,7 +54,7 @@ impl Compression {
     /// where the disk has no room for this one.
     async fn compress(&self, rest: u32) -> Result<Vec<PackedDay>, Failed> {
         let now = self.clock.utc();
-        clock::check(now).map_err(|text| Failed { text: text.clone(), is_full: false })?;
+        clock::check(now).map_err(Failed::new)?;
         let (data, after_days) = (self.data.clone(), self.after_days);
         let days = blocking(move || plan_packing(&data, after_days, now)).await?;
         let (mut packed, mut trouble) = (Vec::new(), None);
@@ -106,17 +106,21 @@ impl Compression {
     }
 }
 
-/// Why a day was not compressed.
+/// Why a day or a month was not compressed.
 #[derive(Debug)]
-struct Failed {
-    text: String,
+pub(crate) struct Failed {
+    pub(crate) text: String,
     /// Whether the disk has no room; the figures of it change from look to look.
     is_full: bool,
 }
 
 impl Failed {
+    pub(crate) fn new(text: String) -> Self {
+        Self { text, is_full: false }
+    }
+
     /// What is reported once as long as it stays the same.
-    fn cause(&self) -> &str {
+    pub(crate) fn cause(&self) -> &str {
         if self.is_full { "no room" } else { &self.text }
     }
 }
@@ -128,12 +132,12 @@ impl From<StoreError> for Failed {
     }
 }
 
-async fn blocking<T: Send + 'static>(
+pub(crate) async fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> store::Result<T> + Send + 'static,
 ) -> Result<T, Failed> {
     match spawn_blocking(work).await {
         Ok(done) => Ok(done?),
-        Err(fault) => Err(Failed { text: fault.to_string(), is_full: false }),
+        Err(fault) => Err(Failed::new(fault.to_string())),
     }
 }
 

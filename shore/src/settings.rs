@@ -22,6 +22,8 @@ pub struct Settings {
     pub notices: notices::Settings,
     /// So many days after its end a day of the archive is compressed; 0 leaves all as they are.
     pub compress_after_days: u16,
+    /// So many days after its end a month of the history is compressed; 0 leaves all as they are.
+    pub compress_months_after_days: u16,
     /// Bytes that an uploaded log may have, unpacked.
     pub most_unpacked_bytes: u64,
 }

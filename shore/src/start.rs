@@ -12,6 +12,7 @@ use crate::identity::{FirstAdmin, People};
 use crate::links::Links;
 use crate::logbook::Logbook;
 use crate::missions::Missions;
+use crate::months::MonthCompression;
 use crate::notices::Notices;
 use crate::owners::Owners;
 use crate::packing::Compression;
@@ -61,6 +62,7 @@ pub struct Running {
     sinks: Option<Sinks>,
     data: PathBuf,
     compress_after_days: u16,
+    compress_months_after_days: u16,
     recording: std::thread::JoinHandle<()>,
 }
 
@@ -164,14 +166,22 @@ impl Opened {
             tasks,
         };
         let shore = Arc::new(shore);
-        let Settings { data, compress_after_days, .. } = settings;
-        Ok(Running { shore, first_admin, sinks: Some(open_sinks), data, compress_after_days, recording })
+        let Settings { data, compress_after_days, compress_months_after_days, .. } = settings;
+        Ok(Running {
+            shore,
+            first_admin,
+            sinks: Some(open_sinks),
+            data,
+            compress_after_days,
+            compress_months_after_days,
+            recording,
+        })
     }
 }
 
 impl Running {
-    /// Starts the background tasks: the audit log, changes of the chart set, sinks, compression of the
-    /// archive, the alarm watch.
+    /// Starts the background tasks: the audit log, changes of the chart set, sinks, compression of archive
+    /// and history, the alarm watch.
     fn keep(&mut self) {
         let Shore {
             people,
@@ -214,6 +224,15 @@ impl Running {
                 clock: clock.clone(),
             };
             tasks.spawn(owners.watch("the compression of old days", compression.keep(stop.clone())));
+        }
+        if self.compress_months_after_days > 0 {
+            let compression = MonthCompression {
+                data: self.data.clone(),
+                after_days: self.compress_months_after_days,
+                recorder: recorder.clone(),
+                clock: clock.clone(),
+            };
+            tasks.spawn(owners.watch("the compression of old months", compression.keep(stop.clone())));
         }
         tasks.spawn(owners.watch("the watch for alarms", alarms.clone().watch(watch)));
         tasks.spawn(

@@ -1,4 +1,4 @@
-//! How fast the store is: `cargo bench -p store --bench store [-- ingest|month|year|hour|csv]`.
+//! How fast the store is: `cargo bench -p store --bench store [-- ingest|month|year|hour|csv|compressed]`.
 //!
 //! The stores of a month at 10 Hz and of a year at 1 Hz are built once, under `target/store-bench`; remove that
 //! folder to build them again.
@@ -35,6 +35,7 @@ fn main() {
         ("year", year as fn()),
         ("hour", hour as fn()),
         ("csv", csv as fn()),
+        ("compressed", compressed as fn()),
     ] {
         if wanted.is_empty() || wanted.iter().any(|one| one == name) {
             run();
@@ -222,25 +223,30 @@ fn ask(what: &str, folder: &Path, start_us: i64, days: i64) {
     }
 }
 
+fn build_hour(folder: &Path) {
+    let mut feeder = Feeder::new(folder);
+    let mut bytes = Vec::new();
+    for at in 0..36_000 {
+        let state = EstimatedState {
+            lat: 1.1 + f64::from(at) * 1e-9,
+            lon: 0.18,
+            x: at as f32 * 0.01,
+            psi: at as f32 * 1e-4,
+            ..EstimatedState::default()
+        };
+        let time_us = MONTH_US + i64::from(at) * 100_000;
+        packet(&mut bytes, time_us, 39, &state);
+        feeder.feed(&bytes, time_us);
+    }
+    feeder.finish("building it");
+}
+
 fn hour() {
-    let folder = built("hour", |folder| {
-        let mut feeder = Feeder::new(folder);
-        let mut bytes = Vec::new();
-        for at in 0..36_000 {
-            let state = EstimatedState {
-                lat: 1.1 + f64::from(at) * 1e-9,
-                lon: 0.18,
-                x: at as f32 * 0.01,
-                psi: at as f32 * 1e-4,
-                ..EstimatedState::default()
-            };
-            let time_us = MONTH_US + i64::from(at) * 100_000;
-            packet(&mut bytes, time_us, 39, &state);
-            feeder.feed(&bytes, time_us);
-        }
-        feeder.finish("building it");
-    });
-    let mut reader = Reader::open(&folder).unwrap();
+    ask_hour(&built("hour", build_hour));
+}
+
+fn ask_hour(folder: &Path) {
+    let mut reader = Reader::open(folder).unwrap();
     let source = Source { system: OTTER, entity: 39, message: "EstimatedState".to_owned() };
     warm("raw hour of EstimatedState at 10 Hz, three fields", || {
         reader
@@ -288,24 +294,61 @@ fn csv() {
         ..Selection::default()
     };
     table("CSV of one series with one field", &folder, &days(5));
-    let folder = built("mixed", |folder| {
-        let mut feeder = Feeder::new(folder);
-        let mut bytes = Vec::new();
-        for at in 0..500_000_i64 {
-            let time_us = MONTH_US + at * 100_000;
-            let psi = at as f64 * 1e-4;
-            packet(&mut bytes, time_us, 6, &EulerAngles { psi, phi: psi * 0.1, ..EulerAngles::default() });
+    ask_mixed(&built("mixed", build_mixed));
+}
+
+fn build_mixed(folder: &Path) {
+    let mut feeder = Feeder::new(folder);
+    let mut bytes = Vec::new();
+    for at in 0..500_000_i64 {
+        let time_us = MONTH_US + at * 100_000;
+        let psi = at as f64 * 1e-4;
+        packet(&mut bytes, time_us, 6, &EulerAngles { psi, phi: psi * 0.1, ..EulerAngles::default() });
+        feeder.feed(&bytes, time_us);
+        for entity in 10..13 {
+            packet(&mut bytes, time_us + i64::from(entity), entity, &Temperature { value: psi as f32 });
             feeder.feed(&bytes, time_us);
-            for entity in 10..13 {
-                packet(&mut bytes, time_us + i64::from(entity), entity, &Temperature { value: psi as f32 });
-                feeder.feed(&bytes, time_us);
-            }
         }
-        feeder.finish("building it");
-    });
+    }
+    feeder.finish("building it");
+}
+
+fn ask_mixed(folder: &Path) {
     let angles = Selection { messages: vec!["EulerAngles".to_owned()], ..Selection::default() };
-    table("CSV of one series with all five fields", &folder, &angles);
-    table("CSV of four series with two messages in order of time", &folder, &Selection::default());
+    table("CSV of one series with all five fields", folder, &angles);
+    table("CSV of four series with two messages in order of time", folder, &Selection::default());
+}
+
+/// The same questions to months that are compressed and to the same that are not.
+fn compressed() {
+    let hour = [built("hour", build_hour), built("hour-compressed", |folder| compress(folder, build_hour))];
+    let mixed =
+        [built("mixed", build_mixed), built("mixed-compressed", |folder| compress(folder, build_mixed))];
+    for (what, hour, mixed) in [("plain", &hour[0], &mixed[0]), ("compressed", &hour[1], &mixed[1])] {
+        println!("{what}:");
+        ask_hour(hour);
+        ask_mixed(mixed);
+    }
+}
+
+fn compress(folder: &Path, build: impl FnOnce(&Path)) {
+    build(folder);
+    let mut store = Store::open(folder).unwrap();
+    let now = UtcTime::from_micros(MONTH_US + 90 * DAY_US);
+    for month in store::plan_months(folder, 1, now).unwrap() {
+        store.ready_month(month.key).unwrap();
+        let started = Instant::now();
+        let packed = store::PackedMonth::make(folder, &month, &mut |_| true).unwrap();
+        let done = store.adopt_month(packed).unwrap().unwrap();
+        println!(
+            "compressing {} messages: {:.1} s, {} MB, now {} MB",
+            done.rows,
+            started.elapsed().as_secs_f64(),
+            done.bytes / 1_000_000,
+            done.packed_bytes / 1_000_000
+        );
+    }
+    store.close().unwrap();
 }
 
 fn table(what: &str, folder: &Path, selection: &Selection) {

@@ -9,8 +9,8 @@ use crate::archive::{self, ARRIVAL_BYTES, ARRIVALS, DATA, DayKey, Record, Record
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::{self, CATALOGUE};
 use imc::Address;
+use rusqlite::Connection;
 use rusqlite::backup::{Backup, StepResult};
-use rusqlite::{Connection, OpenFlags};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
@@ -113,7 +113,7 @@ pub fn is_packed(path: &Path) -> bool {
 /// # Errors
 /// When it cannot be read or the copy not be written, and [`StoreError::Cancelled`].
 pub fn copy_database(from: &Path, to: &Path, progress: &mut dyn FnMut() -> bool) -> Result<()> {
-    let source = Connection::open_with_flags(from, OpenFlags::SQLITE_OPEN_READ_ONLY).named(from)?;
+    let source = crate::reader::connect(from).named(from)?;
     let snapshot = source.unchecked_transaction().named(from)?;
     {
         let mut copy = Connection::open(to).named(to)?;

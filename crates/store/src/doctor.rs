@@ -4,7 +4,7 @@ use crate::archive::{self, ARRIVALS, DATA, DayReader, bytes, shortened};
 use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
-use crate::history::{CATALOGUE, MonthKey, load_months, load_progress};
+use crate::history::{CATALOGUE, MonthKey, chunk, load_months, load_progress};
 use crate::layout::{GROWING, REPLACED, free_bytes};
 use crate::lock::FolderLock;
 use crate::range::TimeRange;
@@ -241,6 +241,12 @@ fn unreadable(path: &Path, thorough: bool) -> Option<String> {
     let sql = if thorough { "PRAGMA quick_check(1)" } else { "SELECT 'ok'" };
     let verdict: rusqlite::Result<String> =
         open(path, Memory::EXPORT).and_then(|connection| connection.query_row(sql, (), |row| row.get(0)));
+    let verdict = verdict.and_then(|verdict| {
+        if thorough && verdict == "ok" && path.file_name().is_some_and(|name| name != CATALOGUE) {
+            chunk::check(&open(path, Memory::EXPORT)?)?;
+        }
+        Ok(verdict)
+    });
     verdict.map_or_else(|error| Some(error.to_string()), |verdict| (verdict != "ok").then_some(verdict))
 }
 

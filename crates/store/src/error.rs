@@ -1,5 +1,6 @@
 //! Errors of a store, grouped by remedy.
 
+use crate::history::chunk;
 use imc::FrameError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -61,13 +62,13 @@ pub enum StoreError {
         /// Its bytes.
         plain_bytes: u64,
     },
-    /// There is no room to compress a day.
+    /// There is no room to compress a day or a month.
     #[error(
-        "archive/{what} is not compressed: {} MiB of the disk are free, and {} are needed beside what is left to recording; make room",
+        "{what} is not compressed: {} MiB of the disk are free, and {} are needed beside what is left to recording; make room",
         free >> 20, (needed >> 20) + 1
     )]
     NoRoom {
-        /// The day.
+        /// The day or the month, below the data folder.
         what: String,
         /// Bytes that are free.
         free: u64,
@@ -152,7 +153,7 @@ pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
     matches!(
         error.sqlite_error_code(),
         Some(rusqlite::ErrorCode::DatabaseCorrupt | rusqlite::ErrorCode::NotADatabase)
-    )
+    ) || chunk::is_damage(error)
 }
 
 /// Puts the name of a file to an error.

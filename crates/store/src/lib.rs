@@ -42,6 +42,8 @@
 //! DATA/archive/gaps.jsonl                 gaps that vessels declared
 //!              shortened.jsonl            days that held more once; reported until removed
 //! DATA/history/2026-11.sqlite             samples of that month, roll-ups, series
+//!                                      compressed, if it is over and that is wanted
+//!              packing.sqlite          a month that is being compressed
 //!              undated.sqlite             samples whose stated time is before 2000 or after 2099, or none
 //!              catalogue.sqlite           systems, entities, what fields and numbers mean, progress, months
 //! DATA/history.aside/                     files of the history that were damaged; nothing reads them
@@ -72,6 +74,7 @@ mod history;
 mod import;
 mod layout;
 mod lock;
+mod months;
 mod overdue;
 mod packet;
 mod packing;
@@ -99,6 +102,7 @@ pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table, row_key
 pub use import::{Beginning, ImportProgress, Imported, LogImport, beginning};
 pub use layout::free_bytes;
 pub use link::{LinkSeq, Transport};
+pub use months::{CompressedMonth, MonthStep, PackableMonth, PackedMonth, plan_months};
 pub use overdue::check_compression;
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use packing::{PackStep, Packable, PackedDay, Packing, plan_packing};

@@ -158,7 +158,7 @@ impl Packing {
         let root = data.join(ARCHIVE);
         let (free, needed) = (free_bytes(&root)?, reserved_bytes(&root)?.saturating_add(day.plain_bytes));
         if free < needed {
-            return Err(StoreError::NoRoom { what: day.key.name(), free, needed });
+            return Err(StoreError::NoRoom { what: format!("{ARCHIVE}/{}", day.key.name()), free, needed });
         }
         archive::format::note_packed(&root)?;
         steps(PackStep::Noted);

@@ -6,7 +6,7 @@ use crate::error::{Named as _, Result, StoreError};
 use crate::fingerprint::RepeatWindow;
 use crate::follow::Follower;
 use crate::gaps::{Gap, Gaps};
-use crate::history::MonthKey;
+use crate::history::{History, MonthKey};
 use crate::layout::{GROWING, HISTORY, finish_swap};
 use crate::lock::FolderLock;
 use crate::packet::{Accepted, Committed, Outcome, Repairs};
@@ -336,6 +336,11 @@ impl Store {
         for key in days {
             self.archive.forget(*key);
         }
+    }
+
+    /// The history, if it can be written.
+    pub(crate) fn history(&mut self) -> Result<&mut History> {
+        self.follower.history()
     }
 
     /// The archive.

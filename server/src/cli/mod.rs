@@ -8,6 +8,7 @@ mod detections;
 mod doctor;
 mod files;
 mod fleet;
+mod history;
 mod people;
 mod plan;
 mod prune;
@@ -98,6 +99,9 @@ enum Command {
     /// The archive: compress days to which nothing is added.
     #[command(subcommand)]
     Archive(archive::ArchiveCommand),
+    /// The history: compress months that are over.
+    #[command(subcommand)]
+    History(history::HistoryCommand),
     /// Remove old recordings. The server must not run.
     Prune(prune::PruneArguments),
     /// The sea chart: import, list, ask for depths, export.
@@ -196,6 +200,7 @@ fn run() -> ExitCode {
         Command::Backup(arguments) => return data::backup(&common, &arguments),
         Command::Restore(arguments) => data::restore(&common, &arguments),
         Command::Archive(command) => archive::archive(&common, &command),
+        Command::History(command) => history::history(&common, &command),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Plan(arguments) => plan::plan(&common, &arguments),
         // Their result is the exit code.

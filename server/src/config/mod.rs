@@ -48,6 +48,8 @@ pub struct Config {
     pub backup: Backup,
     /// How the archive is kept.
     pub archive: Archive,
+    /// How the history is kept.
+    pub history: History,
     /// How long recordings are kept.
     pub retention: Keep,
     /// The server's log.
@@ -118,6 +120,14 @@ impl Default for Archive {
     }
 }
 
+/// How the history is kept.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct History {
+    /// So many days after its end a month is compressed; 0 leaves all months as they are.
+    pub compress_after_days: u16,
+}
+
 /// How much of the recordings is kept; 0 for ever. Used by `lutra-server prune --as-configured`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -162,6 +172,7 @@ impl Default for Config {
             charts: charts::Settings::default(),
             backup: Backup::default(),
             archive: Archive::default(),
+            history: History::default(),
             retention: Keep::default(),
             log: Log::default(),
         }
@@ -223,6 +234,7 @@ impl Config {
             sinks: self.sinks.clone(),
             notices: self.notices.clone(),
             compress_after_days: self.archive.compress_after_days,
+            compress_months_after_days: self.history.compress_after_days,
             most_unpacked_bytes: self.http.max_unpacked_mib << 20,
         }
     }

@@ -179,6 +179,7 @@ mod tests {
             sinks: crate::sinks::Settings::default(),
             notices: crate::notices::Settings::default(),
             compress_after_days: 0,
+            compress_months_after_days: 0,
             most_unpacked_bytes: 1 << 20,
         };
         let running =

@@ -45,6 +45,7 @@ impl Shore {
             sinks: shore::sinks::Settings { postgres, ..shore::sinks::Settings::default() },
             notices: shore::notices::Settings::default(),
             compress_after_days: 0,
+            compress_months_after_days: 0,
             most_unpacked_bytes: 1 << 20,
         };
         let running = Opened::open(settings, Clock::real()).unwrap().start().await.unwrap();

@@ -5,20 +5,22 @@
 //! entity. The same question to the same history gives the same bytes.
 
 use super::cells::{Exported, Writer, arrival, believed, header_start, receiver};
+use super::columns::{Found, RECEIVED_AT, columns};
 use super::options::{CsvOptions, Shape};
 use super::plan::{Message, Plan};
 use super::raw::Raw;
 use super::select::Selection;
 use crate::error::Result;
+use crate::history::rows::{Order, Question, Row};
 use crate::history::{ColumnKind, GroupKey, Table};
 use crate::range::TimeRange;
-use crate::reader::{Memory, Reader, fields_sent, has_group, select_list};
+use crate::reader::{Memory, Reader};
 use imc::Address;
+use rusqlite::Connection;
 use rusqlite::types::ValueRef;
-use rusqlite::{Connection, Row};
 use std::io::Write;
 use std::path::Path;
-use tables::{Computed, Field, IsoTime};
+use tables::{Field, IsoTime};
 
 /// Most bytes of a slice, unless all of it is of one microsecond.
 const SLICE_BYTES: usize = 1 << 20;
@@ -89,12 +91,14 @@ fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
 }
 
 /// One series of a month.
-struct Series<'p> {
+struct Series<'p, 'c> {
     group: GroupKey,
     /// When it is asked for.
     part: TimeRange,
     message: &'p Message,
-    sql: String,
+    question: Question<'c>,
+    /// Of each field its place among the columns that are asked for.
+    places: Vec<usize>,
     system: Vec<u8>,
     /// The label, when it never changed.
     label: Option<Vec<u8>>,
@@ -104,13 +108,20 @@ struct Series<'p> {
     span: Option<i64>,
 }
 
-impl Series<'_> {
-    /// Whether the row of this time is written; `span` is that of the row before.
-    fn takes(options: CsvOptions, span: &mut Option<i64>, time_us: i64) -> bool {
-        let Some(every_us) = options.every_us else { return true };
-        let here = time_us.div_euclid(every_us.get());
-        span.replace(here) != Some(here)
-    }
+/// What the lines of a series have in common.
+struct Line<'s> {
+    group: GroupKey,
+    message: &'s Message,
+    places: &'s [usize],
+    system: &'s [u8],
+    label: Option<&'s [u8]>,
+}
+
+/// Whether the row of this time is written; `span` is that of the row before.
+fn takes(options: CsvOptions, span: &mut Option<i64>, time_us: i64) -> bool {
+    let Some(every_us) = options.every_us else { return true };
+    let here = time_us.div_euclid(every_us.get());
+    span.replace(here) != Some(here)
 }
 
 fn rows(
@@ -135,29 +146,30 @@ fn rows(
             }
         }
         let mut lines = Lines { plan, options, iso: IsoTime::new(), received: IsoTime::new() };
-        if let [one] = there.as_slice() {
-            stream(reader, key, connection, one, &mut lines, writer)?;
+        if let [one] = there.as_mut_slice() {
+            stream(reader, key, one, &mut lines, writer)?;
         } else {
-            slices(reader, key, connection, &mut there, part.to_us, &mut lines, writer)?;
+            slices(reader, key, &mut there, part.to_us, &mut lines, writer)?;
         }
+        drop(there);
         reader.named(key, snapshot.finish())?;
     }
     Ok(())
 }
 
-fn series<'p>(
-    connection: &Connection,
+fn series<'p, 'c>(
+    connection: &'c Connection,
     plan: &Plan,
     options: CsvOptions,
     group: GroupKey,
     message: &'p Message,
     table: &Table,
     part: TimeRange,
-) -> rusqlite::Result<Option<Series<'p>>> {
-    if !has_group(connection, group)? {
+) -> rusqlite::Result<Option<Series<'p, 'c>>> {
+    let (columns, places) = columns(message, options);
+    let Some(question) = Question::new(connection, table, group, &columns, Order::Oldest)? else {
         return Ok(None);
-    }
-    let sql = select(connection, group, message, table, options)?;
+    };
     let address = Address(group.src);
     let mut system = Vec::new();
     let format = options.format();
@@ -174,68 +186,29 @@ fn series<'p>(
         tables::text(&mut label, name.as_bytes(), format);
         Some(label)
     };
-    let mut series = Series { group, part, message, sql, system, label, next_us: None, span: None };
-    let mut statement = connection.prepare_cached(&series.sql)?;
-    let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
-    series.next_us = rows.next()?.map(|row| row.get(0)).transpose()?;
+    let mut series =
+        Series { group, part, message, question, places, system, label, next_us: None, span: None };
+    series.next_us = series.question.rows(part)?.next()?.map(Row::time_us).transpose()?;
     Ok(series.next_us.is_some().then_some(series))
-}
-
-/// Columns of a row before its fields: time, fields that were sent, receiver, and when it came.
-const BEFORE_FIELDS: usize = 4;
-
-/// The question for a series' rows: what [`Lines::start`] writes, then the fields.
-fn select(
-    connection: &Connection,
-    group: GroupKey,
-    message: &Message,
-    table: &Table,
-    options: CsvOptions,
-) -> rusqlite::Result<String> {
-    let field = |field: &Field| match field.computed {
-        Some(Computed::Heard) => Ok(format!(
-            ",{}",
-            if_heard(
-                "strftime('%Y-%m-%dT%H:%M:%S', unix_timestamp, 'unixepoch') || printf('.%03dZ', millis)"
-            )
-        )),
-        Some(Computed::HeardUnix) => Ok(format!(",{}", if_heard("unix_timestamp + millis / 1000.0"))),
-        Some(Computed::TrueLat | Computed::TrueLon) | None => select_list(connection, table, &[field.name]),
-    };
-    let fields: String = message.fields.iter().map(field).collect::<rusqlite::Result<_>>()?;
-    Ok(format!(
-        "SELECT time_us,{},dst,dst_ent{}{fields} FROM \"{}\" AS message WHERE src=?1 AND src_ent=?2 AND \
-         time_us>=?3 AND time_us<?4 ORDER BY time_us,hash",
-        fields_sent(connection, group)?,
-        if options.received { ",received_us" } else { "" },
-        table.desc.abbrev
-    ))
-}
-
-/// The computed columns of a receiver's clock; empty where that was never set.
-fn if_heard(sql: &str) -> String {
-    format!("CASE WHEN unix_timestamp >= {} THEN {sql} END", detections::SET_AFTER_S)
 }
 
 /// One series: streamed.
 fn stream(
     reader: &Reader,
     key: crate::MonthKey,
-    connection: &Connection,
-    series: &Series<'_>,
+    series: &mut Series<'_, '_>,
     lines: &mut Lines<'_>,
     writer: &mut Writer<'_>,
 ) -> Result<()> {
-    let mut statement = reader.named(key, connection.prepare_cached(&series.sql))?;
-    let span = (series.group.src, series.group.src_ent, series.part.from_us, series.part.to_us);
-    let mut rows = reader.named(key, statement.query(span))?;
-    let mut span = series.span;
+    let Series { group, part, message, question, places, system, label, span, .. } = series;
+    let line = Line { group: *group, message, places, system, label: label.as_deref() };
+    let mut rows = reader.named(key, question.rows(*part))?;
     while let Some(row) = reader.named(key, rows.next())? {
-        let time_us = reader.named(key, row.get(0))?;
-        if !Series::takes(lines.options, &mut span, time_us) {
+        let time_us = reader.named(key, row.time_us())?;
+        if !takes(lines.options, span, time_us) {
             continue;
         }
-        writer.exported.rows += reader.named(key, lines.write(&mut writer.buffer, series, time_us, row))?;
+        writer.exported.rows += reader.named(key, lines.write(&mut writer.buffer, &line, time_us, row))?;
         writer.flush_full()?;
     }
     Ok(())
@@ -245,8 +218,7 @@ fn stream(
 fn slices(
     reader: &Reader,
     key: crate::MonthKey,
-    connection: &Connection,
-    there: &mut [Series<'_>],
+    there: &mut [Series<'_, '_>],
     to_us: i64,
     lines: &mut Lines<'_>,
     writer: &mut Writer<'_>,
@@ -255,7 +227,7 @@ fn slices(
     let mut width_us = FIRST_SLICE_US;
     while let Some(start_us) = there.iter().filter_map(|series| series.next_us).min() {
         let end_us = start_us.saturating_add(width_us).min(to_us);
-        let whole = reader.named(key, slice.read(connection, there, end_us, width_us > 1, lines))?;
+        let whole = reader.named(key, slice.read(there, end_us, width_us > 1, lines))?;
         if !whole {
             // Too much: the same again, shorter.
             width_us = (width_us / 4).max(1);
@@ -280,13 +252,14 @@ fn slices(
 #[derive(Default)]
 struct Slice {
     text: Vec<u8>,
-    order: Vec<Line>,
+    order: Vec<Written>,
     next_us: Vec<Option<i64>>,
     spans: Vec<Option<i64>>,
     rows: u64,
 }
 
-struct Line {
+/// A line in a slice's text.
+struct Written {
     time_us: i64,
     series: usize,
     start: usize,
@@ -297,8 +270,7 @@ impl Slice {
     /// Reads all series up to a time; false when that is too much for one slice.
     fn read(
         &mut self,
-        connection: &Connection,
-        there: &[Series<'_>],
+        there: &mut [Series<'_, '_>],
         end_us: i64,
         bounded: bool,
         lines: &mut Lines<'_>,
@@ -310,24 +282,24 @@ impl Slice {
         self.next_us.extend(there.iter().map(|series| series.next_us));
         self.spans.clear();
         self.spans.extend(there.iter().map(|series| series.span));
-        for (at, series) in there.iter().enumerate() {
-            let Some(next_us) = series.next_us.filter(|next_us| *next_us < end_us) else { continue };
-            let mut statement = connection.prepare_cached(&series.sql)?;
-            let mut rows =
-                statement.query((series.group.src, series.group.src_ent, next_us, series.part.to_us))?;
+        for (at, one) in there.iter_mut().enumerate() {
+            let Some(next_us) = one.next_us.filter(|next_us| *next_us < end_us) else { continue };
+            let Series { group, part, message, question, places, system, label, .. } = one;
+            let line = Line { group: *group, message, places, system, label: label.as_deref() };
+            let mut rows = question.rows(TimeRange { from_us: next_us, to_us: part.to_us })?;
             self.next_us[at] = None;
             while let Some(row) = rows.next()? {
-                let time_us = row.get(0)?;
+                let time_us = row.time_us()?;
                 if time_us >= end_us {
                     self.next_us[at] = Some(time_us);
                     break;
                 }
-                if !Series::takes(lines.options, &mut self.spans[at], time_us) {
+                if !takes(lines.options, &mut self.spans[at], time_us) {
                     continue;
                 }
                 let start = self.text.len();
-                self.rows += lines.write(&mut self.text, series, time_us, row)?;
-                self.order.push(Line { time_us, series: at, start, end: self.text.len() });
+                self.rows += lines.write(&mut self.text, &line, time_us, row)?;
+                self.order.push(Written { time_us, series: at, start, end: self.text.len() });
                 if bounded && self.text.len() > SLICE_BYTES {
                     return Ok(false);
                 }
@@ -337,7 +309,7 @@ impl Slice {
     }
 }
 
-/// Rows of the database as lines of the table.
+/// Rows of the history as lines of the table.
 struct Lines<'p> {
     plan: &'p Plan,
     options: CsvOptions,
@@ -350,24 +322,24 @@ impl Lines<'_> {
     fn write(
         &mut self,
         out: &mut Vec<u8>,
-        series: &Series<'_>,
+        line: &Line<'_>,
         time_us: i64,
-        row: &Row<'_>,
+        row: Row<'_>,
     ) -> rusqlite::Result<u64> {
         if self.options.shape == Shape::Long {
-            return self.write_long(out, series, time_us, row);
+            return self.write_long(out, line, time_us, row);
         }
-        let (message, format) = (series.message, self.options.format());
-        self.start(out, series, time_us, row)?;
+        let (message, format) = (line.message, self.options.format());
+        self.start(out, line, time_us, row)?;
         if self.plan.is_mixed() {
             format.next(out);
             out.extend_from_slice(message.name.as_bytes());
         }
         format.skip(out, message.first_column);
         let sent = sent(row)?;
-        for (at, field) in message.fields.iter().enumerate() {
+        for (field, at) in message.fields.iter().zip(line.places) {
             format.next(out);
-            self.value(out, field, row.get_ref(at + self.first_value())?, sent);
+            self.value(out, field, Found::read(row, field, *at)?.value(), sent);
         }
         format.skip(out, self.plan.columns - message.first_column - message.fields.len());
         out.push(b'\n');
@@ -377,19 +349,20 @@ impl Lines<'_> {
     fn write_long(
         &mut self,
         out: &mut Vec<u8>,
-        series: &Series<'_>,
+        line: &Line<'_>,
         time_us: i64,
-        row: &Row<'_>,
+        row: Row<'_>,
     ) -> rusqlite::Result<u64> {
         let (sent, format) = (sent(row)?, self.options.format());
         let mut written = 0;
-        for (at, field) in series.message.fields.iter().enumerate() {
-            let value = row.get_ref(at + self.first_value())?;
+        for (field, at) in line.message.fields.iter().zip(line.places) {
+            let found = Found::read(row, field, *at)?;
+            let value = found.value();
             if value == ValueRef::Null && !is_nan(field, sent) {
                 continue;
             }
-            self.start(out, series, time_us, row)?;
-            for name in [series.message.name, field.name] {
+            self.start(out, line, time_us, row)?;
+            for name in [line.message.name, field.name] {
                 format.next(out);
                 out.extend_from_slice(name.as_bytes());
             }
@@ -407,33 +380,28 @@ impl Lines<'_> {
     fn start(
         &mut self,
         out: &mut Vec<u8>,
-        series: &Series<'_>,
+        line: &Line<'_>,
         time_us: i64,
-        row: &Row<'_>,
+        row: Row<'_>,
     ) -> rusqlite::Result<()> {
         let format = self.options.format();
         tables::stamp(out, &mut self.iso, believed(time_us), format.dialect);
         format.next(out);
-        out.extend_from_slice(&series.system);
-        if let Some(label) = &series.label {
+        out.extend_from_slice(line.system);
+        if let Some(label) = line.label {
             out.extend_from_slice(label);
         } else {
-            let (address, entity) = (Address(series.group.src), series.group.src_ent);
+            let (address, entity) = (Address(line.group.src), line.group.src_ent);
             let label = self.plan.names.entity(address, entity, time_us).unwrap_or_default();
             tables::text(out, label.as_bytes(), format);
         }
         format.next(out);
-        tables::integer(out, series.group.src_ent.into());
-        receiver(out, row.get(2)?, row.get(3)?, format);
+        tables::integer(out, line.group.src_ent.into());
+        receiver(out, row.get(1)?, row.get(2)?, format);
         if self.options.received {
-            arrival(out, &mut self.received, row.get(BEFORE_FIELDS)?, format);
+            arrival(out, &mut self.received, row.get(RECEIVED_AT)?, format);
         }
         Ok(())
-    }
-
-    /// Where the fields begin in a row of the database.
-    fn first_value(&self) -> usize {
-        BEFORE_FIELDS + usize::from(self.options.received)
     }
 
     fn value(&self, out: &mut Vec<u8>, field: &Field, value: ValueRef<'_>, sent: usize) {
@@ -456,8 +424,8 @@ impl Lines<'_> {
 }
 
 /// How many fields a message had.
-fn sent(row: &Row<'_>) -> rusqlite::Result<usize> {
-    Ok(row.get::<_, Option<u32>>(1)?.map_or(usize::MAX, |fields| fields as usize))
+fn sent(row: Row<'_>) -> rusqlite::Result<usize> {
+    Ok(row.get::<Option<u32>>(0)?.map_or(usize::MAX, |fields| fields as usize))
 }
 
 /// Whether a NULL is a NaN: of a real that was sent.

@@ -1,6 +1,7 @@
 //! Out of the store: tables as CSV from the history, packets as LSF from the archive.
 
 mod cells;
+mod columns;
 mod csv;
 mod describe;
 mod detections;

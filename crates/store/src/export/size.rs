@@ -6,8 +6,9 @@ use super::options::{CsvOptions, Shape};
 use super::plan::Plan;
 use super::select::Selection;
 use crate::error::Result;
+use crate::history::rows::{Order, Question};
 use crate::range::TimeRange;
-use crate::reader::{Memory, Reader, has_group};
+use crate::reader::{Memory, Reader};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -47,20 +48,17 @@ fn count(reader: &mut Reader, selection: &Selection, options: CsvOptions) -> Res
     for (key, part) in reader.parts(selection.range)? {
         let connection = reader.month(key)?;
         for group in &plan.groups {
-            let name = plan.messages[group.message].name;
-            let what = match options.every_us {
-                Some(every_us) => format!("count(DISTINCT time_us / {every_us})"),
-                None => "count(*)".to_owned(),
-            };
-            let sql = format!(
-                "SELECT {what} FROM \"{name}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4"
-            );
-            let ask = |span: TimeRange| -> rusqlite::Result<u64> {
-                if !has_group(connection, group.key)? {
+            let Some(table) = reader.schema.table(group.key.id) else { continue };
+            let ask = |part: TimeRange| -> rusqlite::Result<u64> {
+                let _moment = reader.moment(key)?;
+                let Some(mut question) = Question::new(connection, table, group.key, &[], Order::Oldest)?
+                else {
                     return Ok(0);
+                };
+                match options.every_us {
+                    None => question.count(part),
+                    Some(every_us) => spans(&mut question, part, every_us.get()),
                 }
-                let span = (group.key.src, group.key.src_ent, span.from_us, span.to_us);
-                connection.query_row(&sql, span, |row| row.get::<_, i64>(0)).map(i64::cast_unsigned)
             };
             for span in &group.spans {
                 sum += reader.named(key, ask(span.within(part)))?;
@@ -68,6 +66,17 @@ fn count(reader: &mut Reader, selection: &Selection, options: CsvOptions) -> Res
         }
     }
     Ok(sum)
+}
+
+/// Spans of so many microseconds in which there is a row.
+fn spans(question: &mut Question<'_>, part: TimeRange, every_us: i64) -> rusqlite::Result<u64> {
+    let (mut last, mut count) = (None, 0);
+    let mut rows = question.rows(part)?;
+    while let Some(row) = rows.next()? {
+        let span = row.time_us()?.div_euclid(every_us);
+        count += u64::from(last.replace(span) != Some(span));
+    }
+    Ok(count)
 }
 
 /// Fields of a message, of those asked for; the mean of several messages.

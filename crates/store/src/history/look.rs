@@ -1,7 +1,6 @@
 //! Checks the files of a history before anything is written to them.
 
-use super::month::VERSION;
-use super::{CATALOGUE, MonthKey, months};
+use super::{CATALOGUE, MonthKey, latest_version, months};
 use crate::error::{Named as _, Result, StoreError, is_damage};
 use rusqlite::{Connection, OpenFlags};
 use std::path::Path;
@@ -45,7 +44,7 @@ fn one(path: &Path) -> Sound {
     let read = || -> rusqlite::Result<Sound> {
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let connection = Connection::open_with_flags(path, flags)?;
-        if version(&connection)? > VERSION {
+        if version(&connection)? > latest_version(path) {
             return Ok(Sound::Newer);
         }
         let tables: u32 = connection.query_row("SELECT count(*) FROM sqlite_schema", (), |row| row.get(0))?;

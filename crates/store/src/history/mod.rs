@@ -4,20 +4,23 @@
 //! the archive; a row that is there already is left alone, so nothing is ever there twice.
 
 mod catalogue;
+pub(crate) mod chunk;
 mod group;
 pub(crate) mod look;
 mod month;
 mod month_key;
 pub(crate) mod rollup;
 mod row;
+pub(crate) mod rows;
 pub(crate) mod schema;
 
 pub(crate) use catalogue::{FILE as CATALOGUE, Progress, load_months, load_names, load_progress};
 pub use group::GroupKey;
 pub(crate) use imc::names::Names;
 pub use month::Extent;
-pub(crate) use month::{VERSION, columns};
+pub(crate) use month::{PACKED_VERSION, VERSION};
 pub use month_key::MonthKey;
+pub use rows::Order;
 pub(crate) use schema::ESTIMATED_STATE;
 pub use schema::Table;
 pub use tables::{Column, ColumnKind};
@@ -40,6 +43,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+/// A compressed month that has no name yet.
+pub(crate) const PART: &str = "packing.sqlite";
 /// Most months that stay open for writing.
 const MAX_OPEN_MONTHS: usize = 6;
 /// Samples that are rolled up at least, when any wait, by one commit.
@@ -66,6 +71,7 @@ impl History {
     /// When files cannot be read or written. A history of a later version is left as it is.
     pub(crate) fn open(folder: PathBuf, distrusted: Option<&Path>) -> Result<(Self, Vec<String>)> {
         fs::create_dir_all(&folder).named(&folder)?;
+        remove_part(&folder)?;
         let mut found = look::look(&folder)?;
         look::refuse_newer(&folder, &found)?;
         for (name, sound) in &mut found {
@@ -99,6 +105,8 @@ impl History {
                 Sound::Empty if self.catalogue.has_month(key) => "it is empty",
                 Sound::Empty | Sound::Newer => continue,
                 Sound::Yes => {
+                    // One whose compression was broken off at its end has none. What cannot be written now is written later.
+                    month::keep_log(&self.folder.join(name)).ok();
                     self.catalogue.add_month(key);
                     continue;
                 }
@@ -249,6 +257,21 @@ impl History {
         self.catalogue.save(Some(streams))
     }
 
+    /// Rolls up everything in a month, and closes it.
+    pub(crate) fn ready_month(&mut self, key: MonthKey) -> Result<()> {
+        self.open_month(key)?;
+        if let Some((_, mut month)) = self.months.remove(&key) {
+            month.roll_up(&self.schema, self.commit, None)?;
+            self.unsynced.insert(month.path().to_owned());
+        }
+        Ok(())
+    }
+
+    /// Closes a month; it is opened again when needed.
+    pub(crate) fn close_month(&mut self, key: MonthKey) {
+        self.months.remove(&key);
+    }
+
     pub(crate) fn close_months(&mut self) {
         self.months.clear();
     }
@@ -309,6 +332,23 @@ fn entry(packet: Arrived<'_>) -> Entry<'_> {
         group: GroupKey { id: view.id(), src: view.src().0, src_ent: view.src_ent() },
         sample: Sample { view, received_us: packet.received_us, time_us, hash },
     }
+}
+
+/// Removes a compressed month that was not finished.
+pub(crate) fn remove_part(folder: &Path) -> Result<()> {
+    for end in ["", "-wal", "-shm", "-journal"] {
+        let part = folder.join(format!("{PART}{end}"));
+        match fs::remove_file(&part) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error).named(&part),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// The latest version of the layout of a file that is known.
+pub(crate) fn latest_version(file: &Path) -> i64 {
+    if file.ends_with(CATALOGUE) { VERSION } else { PACKED_VERSION }
 }
 
 /// The months that there are, the undated first.

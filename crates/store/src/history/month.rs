@@ -1,11 +1,14 @@
 //! One file of the history, open for writing.
 
 use super::MonthKey;
+use super::chunk::{self, Late};
 use super::group::GroupKey;
 use super::rollup;
 use super::row::{self, RowError, Sample};
+use super::rows::{Order, Question, columns_of};
 use super::schema::{MONTH, SHORT, Schema, Table};
 use crate::error::{Named as _, Result, StoreError};
+use crate::range::TimeRange;
 use imc::catalogue::MESSAGES;
 use imc::json::NestedText;
 use rusqlite::{Connection, OptionalExtension as _};
@@ -27,8 +30,10 @@ PRAGMA journal_size_limit = 67108864;
 ";
 /// Prepared statements that are kept: an INSERT and a roll-up of each message a fleet sends.
 const STATEMENTS: usize = 256;
-/// Version of the layout.
+/// Version of the layout of the catalogue, and of months.
 pub(crate) const VERSION: i64 = 1;
+/// Version of the layout of packed months, and the latest that is known: earlier programs leave a history alone that has one.
+pub(crate) const PACKED_VERSION: i64 = 2;
 /// Commits after which a window that nothing more came to is rolled up, when a later one has begun.
 const QUIET_COMMITS: u64 = 2;
 /// The same when none has: the entity fell silent.
@@ -78,6 +83,8 @@ pub(crate) struct Month {
     key: MonthKey,
     path: PathBuf,
     connection: Connection,
+    /// Of a packed month.
+    late: Option<Late>,
     tables: BTreeSet<u16>,
     groups: BTreeMap<GroupKey, Group>,
     /// Windows whose roll-ups do not hold all samples, with the commit that last added one.
@@ -93,22 +100,27 @@ impl Month {
             connection.execute_batch(WRITER)?;
             connection.set_prepared_statement_cache_capacity(STATEMENTS);
             let version: i64 = connection.query_row("PRAGMA user_version", (), |row| row.get(0))?;
-            if version > VERSION {
+            if version > PACKED_VERSION {
                 return Ok(None);
             }
             connection.execute_batch(MONTH)?;
             make_short(&connection)?;
-            connection.pragma_update(None, "user_version", VERSION)?;
+            // One that has it is not written to.
+            if version < VERSION {
+                connection.pragma_update(None, "user_version", VERSION)?;
+            }
+            let late = chunk::is_packed(&connection)?.then(Late::default);
             let (groups, stale) = (load_groups(&connection)?, load_stale(&connection)?);
-            Ok(Some((connection, groups, stale)))
+            Ok(Some((connection, late, groups, stale)))
         };
-        let Some((connection, groups, stale)) = open().named(&path)? else {
+        let Some((connection, late, groups, stale)) = open().named(&path)? else {
             return Err(StoreError::Newer { path });
         };
         Ok(Self {
             key,
             path,
             connection,
+            late,
             tables: BTreeSet::new(),
             groups,
             stale,
@@ -150,13 +162,7 @@ impl Month {
         let sample = &entry.sample;
         let (src, src_ent) = (entry.group.src, entry.group.src_ent);
         if let Some(table) = known.filter(|_| possible) {
-            let found = self
-                .connection
-                .prepare_cached(&table.find)
-                .and_then(|mut find| {
-                    find.query_row((src, src_ent, time_us, sample.hash), |row| row.get(0)).optional()
-                })
-                .named(&path)?;
+            let found = arrival_in_table(&self.connection, table, entry).named(&path)?;
             if found.is_some() {
                 return Ok(found);
             }
@@ -186,6 +192,7 @@ impl Month {
                 self.connection.execute_batch("ROLLBACK").ok();
             }
             // The memory must match the file.
+            self.late.iter_mut().for_each(Late::forget);
             self.tables.clear();
             self.groups = load_groups(&self.connection).unwrap_or_default();
             self.stale = load_stale(&self.connection).unwrap_or_default();
@@ -213,6 +220,12 @@ impl Month {
             let mut added = Extent::NONE;
             let mut window = None;
             for entry in same {
+                if let Some(late) = &mut self.late {
+                    let Sample { time_us, hash, received_us, .. } = entry.sample;
+                    if !late.admits(&self.connection, table, entry.group, (time_us, hash), received_us)? {
+                        continue;
+                    }
+                }
                 let fields = match row::bind(&mut insert, table, &entry.sample, &mut self.nested) {
                     Ok(fields) => fields,
                     Err(RowError::Payload(problem)) => {
@@ -266,7 +279,7 @@ impl Month {
         if !self.tables.insert(table.desc.id) {
             return Ok(());
         }
-        let present = columns(&self.connection, table.desc.abbrev)?;
+        let present = columns_of(&self.connection, table.desc.abbrev)?;
         if present.is_empty() {
             return self.connection.execute_batch(&table.create());
         }
@@ -309,7 +322,6 @@ impl Month {
                 break;
             }
             if let Some(table) = schema.table(group.id) {
-                self.make_table(table)?;
                 read += rollup::roll_up(&self.connection, table, *group, *window)?;
             }
             self.connection
@@ -327,6 +339,26 @@ fn add_to_group(groups: &mut BTreeMap<GroupKey, Group>, key: GroupKey, added: Ex
         group.extent.merge(added);
         group.changed = true;
     }
+}
+
+/// When the message of a table first arrived, if it is there.
+fn arrival_in_table(
+    connection: &Connection,
+    table: &Table,
+    entry: &Entry<'_>,
+) -> rusqlite::Result<Option<i64>> {
+    let Sample { time_us, hash, .. } = entry.sample;
+    let columns = ["hash", "received_us"];
+    let Some(mut question) = Question::new(connection, table, entry.group, &columns, Order::Oldest)? else {
+        return Ok(None);
+    };
+    let mut rows = question.rows(TimeRange { from_us: time_us, to_us: time_us.saturating_add(1) })?;
+    while let Some(row) = rows.next()? {
+        if row.get::<i64>(0)? == hash {
+            return row.get(1).map(Some);
+        }
+    }
+    Ok(None)
 }
 
 fn other_message(table: &Table, entry: &Entry<'_>) -> String {
@@ -385,14 +417,14 @@ fn keep_first(connection: &Connection, earlier: &str, entry: &Entry<'_>) -> rusq
 /// Makes the table of what was not whole. Rows of an earlier version do not say; of theirs those fields count as left out that
 /// came with a later release of the message, and other NULLs as NaN.
 fn make_short(connection: &Connection) -> rusqlite::Result<()> {
-    if !columns(connection, "_short")?.is_empty() {
+    if !columns_of(connection, "_short")?.is_empty() {
         return Ok(());
     }
     connection.execute_batch("BEGIN IMMEDIATE")?;
     let made = || -> rusqlite::Result<()> {
         connection.execute_batch(SHORT)?;
         for desc in MESSAGES {
-            let present = columns(connection, desc.abbrev)?;
+            let present = columns_of(connection, desc.abbrev)?;
             let first = desc.fields.iter().position(|field| field.appended);
             let Some(first) = first.filter(|_| !present.is_empty()) else { continue };
             let absent = desc.fields[first..].iter().map(|field| {
@@ -427,10 +459,11 @@ fn mark_stale(connection: &Connection, group: GroupKey, window: i64) -> rusqlite
         .map(drop)
 }
 
-/// The columns that a table has, those it computes included; none when there is no such table.
-pub(crate) fn columns(connection: &Connection, table: &str) -> rusqlite::Result<Vec<String>> {
-    let mut statement = connection.prepare_cached("SELECT name FROM pragma_table_xinfo(?1)")?;
-    statement.query_map([table], |row| row.get(0))?.collect()
+/// Makes a database one with a log, where it is not.
+pub(crate) fn keep_log(path: &Path) -> rusqlite::Result<()> {
+    let connection = Connection::open(path)?;
+    let form: String = connection.query_row("PRAGMA journal_mode", (), |row| row.get(0))?;
+    if form == "wal" { Ok(()) } else { connection.execute_batch("PRAGMA journal_mode = WAL") }
 }
 
 fn load_groups(connection: &Connection) -> rusqlite::Result<BTreeMap<GroupKey, Group>> {

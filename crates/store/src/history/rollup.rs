@@ -6,11 +6,16 @@
 //! readers look at the samples themselves there until it is rolled up again. Values that are not finite count
 //! for nothing. The mean of angles is that of their directions: of 359° and 1° it is 0°, and not 180°.
 
+use super::chunk;
 use super::group::GroupKey;
+use super::rows::{Order, Question};
 use super::schema::Table;
+use crate::range::TimeRange;
 use rusqlite::Connection;
 use rusqlite::types::ValueRef;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Seconds of each level, finest first; each divides the next.
 pub(crate) const LEVELS_S: [i64; 3] = [10, 60, 600];
@@ -120,11 +125,14 @@ pub(crate) fn roll_up(
     let mut filling: Vec<Option<Cell>> = vec![None; fields];
     let (mut at, mut samples) = (i64::MIN, 0);
     let finest_us = LEVELS_S[0] * 1_000_000;
-    let mut statement = connection.prepare_cached(&table.roll_up)?;
-    let span = (group.src, group.src_ent, window * WINDOW_US, (window + 1) * WINDOW_US);
-    let mut rows = statement.query(span)?;
+    let names: Vec<&str> = table.numbers.iter().map(|at| table.columns[*at].name).collect();
+    let Some(mut question) = Question::new(connection, table, group, &names, Order::Oldest)? else {
+        return Ok(0);
+    };
+    let span = TimeRange { from_us: window * WINDOW_US, to_us: (window + 1) * WINDOW_US };
+    let mut rows = question.rows(span)?;
     while let Some(row) = rows.next()? {
-        let time_us: i64 = row.get(0)?;
+        let time_us = row.time_us()?;
         let cell_at = time_us.div_euclid(finest_us);
         if cell_at != at {
             finish(&mut filling, &mut finished, at);
@@ -132,7 +140,7 @@ pub(crate) fn roll_up(
         }
         samples += 1;
         for (field, cell) in filling.iter_mut().enumerate() {
-            if let Some(value) = number(row.get_ref(field + 1)?) {
+            if let Some(value) = number(row.value(field)?) {
                 merge_into(cell, &Cell::of(time_us, value, circles[field]));
             }
         }
@@ -164,6 +172,43 @@ pub(crate) fn roll_up(
     }
     Ok(samples)
 }
+
+/// The cells of a level in a range of them, those of `angles` with their directions. A direction that is not of the same samples is not there: a version that knew of none
+/// rolled up again.
+pub(crate) fn stored(
+    connection: &Connection,
+    series: i64,
+    level_s: i64,
+    cells: Range<i64>,
+    angles: bool,
+) -> rusqlite::Result<BTreeMap<i64, Cell>> {
+    let mut found = BTreeMap::new();
+    chunk::add_rolled(connection, series, level_s, cells.clone(), &mut found)?;
+    let mut statement = connection.prepare_cached(if angles { ANGLES } else { NUMBERS })?;
+    let mut rows = statement.query((series, level_s, cells.start, cells.end))?;
+    while let Some(row) = rows.next()? {
+        let direction = row.get::<_, Option<f64>>(8)?.zip(row.get(9)?);
+        let cell = Cell {
+            first_us: row.get(1)?,
+            count: row.get::<_, i64>(2)?.cast_unsigned(),
+            min: row.get(3)?,
+            max: row.get(4)?,
+            sum: row.get(5)?,
+            first: row.get(6)?,
+            last: row.get(7)?,
+            direction: direction.map(|(cos, sin)| Direction { cos, sin }),
+        };
+        found.insert(row.get(0)?, cell);
+    }
+    Ok(found)
+}
+
+/// Directions are of angles alone, and a month of version 0.1.0 keeps none.
+const NUMBERS: &str = "SELECT cell,first_us,count,min,max,sum,first,last,NULL,NULL FROM _rollup \
+     WHERE series=?1 AND level_s=?2 AND cell>=?3 AND cell<?4 ORDER BY cell";
+const ANGLES: &str = "SELECT r.cell,r.first_us,r.count,r.min,r.max,r.sum,r.first,r.last,d.cos,d.sin FROM _rollup r \
+     LEFT JOIN _direction d ON d.series=r.series AND d.level_s=r.level_s AND d.cell=r.cell AND d.count=r.count \
+     WHERE r.series=?1 AND r.level_s=?2 AND r.cell>=?3 AND r.cell<?4 ORDER BY r.cell";
 
 fn finish(filling: &mut [Option<Cell>], finished: &mut [Vec<(i64, Cell)>], at: i64) {
     for (cell, finished) in filling.iter_mut().zip(finished) {

@@ -43,8 +43,6 @@ pub struct Table {
     pub(crate) insert: String,
     /// Positions in `columns` of the numbers.
     pub(crate) numbers: Vec<usize>,
-    pub(crate) roll_up: String,
-    pub(crate) find: String,
     /// Lets a row stand for an earlier arrival than it knows.
     pub(crate) earlier: String,
 }
@@ -62,26 +60,12 @@ impl Table {
             write!(insert, ",?{at}").ok();
         }
         insert.push(')');
-        let mut roll_up = "SELECT time_us".to_owned();
-        for at in &numbers {
-            write!(roll_up, ",\"{}\"", columns[*at].name).ok();
-        }
-        write!(
-            roll_up,
-            " FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 ORDER BY time_us,hash",
-            desc.abbrev
-        )
-        .ok();
-        let find = format!(
-            "SELECT received_us FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4",
-            desc.abbrev
-        );
         let earlier = format!(
             "UPDATE \"{}\" SET received_us=?5,dst=?6,dst_ent=?7 WHERE src=?1 AND src_ent=?2 AND time_us=?3 \
              AND hash=?4 AND received_us>?5 AND ?8>=0",
             desc.abbrev
         );
-        Self { desc, columns, insert, numbers, roll_up, find, earlier }
+        Self { desc, columns, insert, numbers, earlier }
     }
 
     /// The column with this name.
@@ -215,7 +199,6 @@ mod tests {
             let table = schema.table(message.id).unwrap();
             connection.execute_batch(&table.create()).unwrap();
             connection.prepare(&table.insert).unwrap();
-            connection.prepare(&table.roll_up).unwrap();
         }
     }
 

@@ -5,12 +5,13 @@
 //! every roll-up lies in one bucket, and there are at least half as many as were asked for. The ends of the range, and windows whose roll-ups are stale, are answered
 //! from finer levels and the samples themselves. The answer is what the samples would give.
 
-use super::{Reader, Source, has_group, select_list};
+use super::{Reader, Source};
 use crate::error::{Result, StoreError};
-use crate::history::rollup::{Cell, Direction, LEVELS_S, WINDOW_US, merge_into, number, window};
+use crate::history::rollup::{self, Cell, LEVELS_S, WINDOW_US, merge_into, number, window};
+use crate::history::rows::{Order, Question};
 use crate::history::{Column, Extent, GroupKey, MonthKey};
 use crate::range::TimeRange;
-use rusqlite::{Connection, OptionalExtension as _, Row};
+use rusqlite::{Connection, OptionalExtension as _};
 
 /// Most buckets of an answer.
 const MAX_BUCKETS: usize = 100_000;
@@ -116,16 +117,10 @@ impl Reader {
             let mut read = || -> rusqlite::Result<()> {
                 // Roll-ups and what is stale of them must be of the same moment.
                 let snapshot = connection.unchecked_transaction()?;
-                if has_group(connection, group)? {
-                    let raw = format!(
-                        "SELECT time_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 \
-                         ORDER BY time_us,hash",
-                        select_list(connection, table, &[name])?,
-                        table.desc.abbrev
-                    );
+                if let Some(question) = Question::new(connection, table, group, &[name], Order::Oldest)? {
                     let series = series(connection, group, name)?;
                     let mut month =
-                        MonthCells { connection, group, series, circle, raw, grid, cells: &mut cells };
+                        MonthCells { connection, group, series, circle, question, grid, cells: &mut cells };
                     month.read(part)?;
                 }
                 snapshot.finish()
@@ -221,7 +216,8 @@ struct MonthCells<'m> {
     series: Option<i64>,
     /// Once around, of angles.
     circle: Option<f64>,
-    raw: String,
+    /// For the samples themselves.
+    question: Question<'m>,
     grid: Grid,
     cells: &'m mut [Option<Cell>],
 }
@@ -275,13 +271,9 @@ impl MonthCells<'_> {
         if self.circle.is_some() && !self.has_directions()? {
             return self.samples(first * level_us, end * level_us);
         }
-        let connection = self.connection;
-        let mut statement =
-            connection.prepare_cached(if self.circle.is_some() { ANGLES } else { NUMBERS })?;
-        let mut rows = statement.query((series, LEVELS_S[level], first, end))?;
-        while let Some(row) = rows.next()? {
-            let at_us = row.get::<_, i64>(0)? * level_us;
-            let cell = cell(row)?;
+        let angles = self.circle.is_some();
+        for (at, cell) in rollup::stored(self.connection, series, LEVELS_S[level], first..end, angles)? {
+            let at_us = at * level_us;
             if self.circle.is_some() && cell.direction.is_none() {
                 self.samples(at_us, at_us + level_us)?;
             } else {
@@ -302,37 +294,13 @@ impl MonthCells<'_> {
         if from_us >= to_us {
             return Ok(());
         }
-        let mut statement = self.connection.prepare_cached(&self.raw)?;
-        let mut rows = statement.query((self.group.src, self.group.src_ent, from_us, to_us))?;
+        let mut rows = self.question.rows(TimeRange { from_us, to_us })?;
         while let Some(row) = rows.next()? {
-            if let Some(value) = number(row.get_ref(1)?) {
-                let time_us = row.get(0)?;
+            if let Some(value) = number(row.value(0)?) {
+                let time_us = row.time_us()?;
                 merge_into(&mut self.cells[self.grid.at(time_us)], &Cell::of(time_us, value, self.circle));
             }
         }
         Ok(())
     }
-}
-
-const NUMBERS: &str = "SELECT cell,first_us,count,min,max,sum,first,last,NULL,NULL FROM _rollup \
-     WHERE series=?1 AND level_s=?2 AND cell>=?3 AND cell<?4 ORDER BY cell";
-
-/// A direction that is not of the same samples counts for nothing: a version that knew of none rolled up again.
-const ANGLES: &str = "SELECT r.cell,r.first_us,r.count,r.min,r.max,r.sum,r.first,r.last,d.cos,d.sin FROM _rollup r \
-     LEFT JOIN _direction d ON d.series=r.series AND d.level_s=r.level_s AND d.cell=r.cell AND d.count=r.count \
-     WHERE r.series=?1 AND r.level_s=?2 AND r.cell>=?3 AND r.cell<?4 ORDER BY r.cell";
-
-/// A row of [`NUMBERS`] or [`ANGLES`].
-fn cell(row: &Row<'_>) -> rusqlite::Result<Cell> {
-    let direction = row.get::<_, Option<f64>>(8)?.zip(row.get(9)?);
-    Ok(Cell {
-        first_us: row.get(1)?,
-        count: row.get::<_, i64>(2)?.cast_unsigned(),
-        min: row.get(3)?,
-        max: row.get(4)?,
-        sum: row.get(5)?,
-        first: row.get(6)?,
-        last: row.get(7)?,
-        direction: direction.map(|(cos, sin)| Direction { cos, sin }),
-    })
 }

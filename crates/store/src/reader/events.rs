@@ -2,12 +2,12 @@
 
 use super::page::Pager;
 use super::samples::read_row;
-use super::{Cell, Order, Page, Paged, Reader, Row, has_group, select_list};
+use super::{Cell, Order, Page, Paged, Reader, Row};
 use crate::error::Result;
-use crate::history::{GroupKey, Table};
+use crate::history::GroupKey;
+use crate::history::rows::Rows;
 use crate::range::TimeRange;
 use imc::Address;
-use rusqlite::{Connection, Rows};
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
 use units::UtcTime;
@@ -74,22 +74,21 @@ impl Reader {
             parts.reverse();
         }
         for (key, part) in parts {
-            let connection = self.month(key)?;
             let mut read = || -> rusqlite::Result<ControlFlow<()>> {
-                let mut statements = Vec::new();
+                let _moment = self.moment(key)?;
+                let mut questions = Vec::new();
                 for group in &groups {
-                    let fields = kinds.iter().find(|(id, _)| *id == group.id).map(|(_, fields)| *fields);
-                    if let (Some(fields), Some(table), true) =
-                        (fields, self.table_of(*group), has_group(connection, *group)?)
-                    {
-                        let sql = sql(connection, table, fields, order)?;
-                        statements.push((*group, vec![None; fields.len()], connection.prepare(&sql)?));
+                    let fields =
+                        kinds.iter().find(|(id, _)| *id == group.id).map_or(&[][..], |(_, fields)| *fields);
+                    if let Some(question) = self.question(key, *group, fields, order)? {
+                        questions.push((*group, vec![None; fields.len()], question));
                     }
                 }
-                let mut heads = Vec::with_capacity(statements.len());
-                for (group, reals, statement) in &mut statements {
-                    let rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
-                    heads.push(Head { group: *group, reals, rows, ahead: None }.advanced()?);
+                let mut heads = Vec::with_capacity(questions.len());
+                for (group, reals, question) in &mut questions {
+                    heads.push(
+                        Head { group: *group, reals, rows: question.rows(part)?, ahead: None }.advanced()?,
+                    );
                 }
                 while let Some(head) = next_of(&mut heads, order) {
                     let group = head.group;
@@ -236,30 +235,19 @@ impl EventRow for LogEntry {
     }
 }
 
-/// The question for the messages of one entity, whose table this is.
-fn sql(connection: &Connection, table: &Table, fields: &[&str], order: Order) -> rusqlite::Result<String> {
-    let down = if order == Order::Newest { " DESC" } else { "" };
-    Ok(format!(
-        "SELECT time_us,received_us,NULL{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
-         AND time_us<?4 ORDER BY time_us{down},hash{down}",
-        select_list(connection, table, fields)?,
-        table.desc.abbrev
-    ))
-}
-
 /// One entity's messages, the next of them read.
-struct Head<'s> {
+struct Head<'s, 'c> {
     group: GroupKey,
     /// A NaN tells nothing here: none of the fields is looked at as a real.
     reals: &'s [Option<usize>],
-    rows: Rows<'s>,
+    rows: Rows<'s, 'c>,
     ahead: Option<Row>,
 }
 
 /// The entity whose next message is the earliest of all, or the latest.
-fn next_of<'h, 's>(heads: &'h mut [Head<'s>], order: Order) -> Option<&'h mut Head<'s>> {
-    let by = |one: &Head<'_>, other: &Head<'_>| -> Ordering {
-        let key = |head: &Head<'_>| (head.ahead.as_ref().map(|row| row.time), head.group);
+fn next_of<'h, 's, 'c>(heads: &'h mut [Head<'s, 'c>], order: Order) -> Option<&'h mut Head<'s, 'c>> {
+    let by = |one: &Head<'_, '_>, other: &Head<'_, '_>| -> Ordering {
+        let key = |head: &Head<'_, '_>| (head.ahead.as_ref().map(|row| row.time), head.group);
         match order {
             Order::Oldest => key(one).cmp(&key(other)),
             Order::Newest => key(other).cmp(&key(one)),
@@ -268,7 +256,7 @@ fn next_of<'h, 's>(heads: &'h mut [Head<'s>], order: Order) -> Option<&'h mut He
     heads.iter_mut().filter(|head| head.ahead.is_some()).min_by(|one, other| by(one, other))
 }
 
-impl Head<'_> {
+impl Head<'_, '_> {
     fn advanced(mut self) -> rusqlite::Result<Self> {
         self.take()?;
         Ok(self)

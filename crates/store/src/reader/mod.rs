@@ -13,11 +13,12 @@ mod silence;
 mod snapshot;
 mod track;
 
+pub use crate::history::Order;
 pub use buckets::{Bucket, Buckets};
 pub use catalogue::{EntityName, RecordedDay, Series, System};
 pub use detections::{Acoustic, DetectionsWanted};
 pub use events::LogEntry;
-pub use page::{Next, Order, Page, Paged};
+pub use page::{Next, Page, Paged};
 pub use samples::{Cell, Row, Samples};
 pub use snapshot::{Last, Snapshot};
 pub use track::{Track, TrackPoint};
@@ -30,9 +31,10 @@ use crate::history::{self, CATALOGUE, GroupKey, MonthKey, Names, Table};
 use crate::layout::HISTORY;
 use crate::range::TimeRange;
 use imc::Address;
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension as _};
+use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::collections::BTreeMap;
 use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 /// The samples of one message of one entity of one system.
@@ -172,7 +174,7 @@ impl Reader {
 /// As [`open`], but refuses what a later version wrote: what its tables mean is not known.
 fn open_known(path: &Path, memory: Memory) -> Result<Connection> {
     let connection = open(path, memory).named(path)?;
-    if look::version(&connection).named(path)? > history::VERSION {
+    if look::version(&connection).named(path)? > history::latest_version(path) {
         return Err(StoreError::Newer { path: path.to_owned() });
     }
     Ok(connection)
@@ -191,7 +193,21 @@ pub(crate) fn open(path: &Path, memory: Memory) -> rusqlite::Result<Connection> 
 
 /// Reading beside a writer takes files beside the database. In a folder that cannot be written they cannot be made, nor
 /// by a writer: there the database is read as it stands.
-fn connect(path: &Path) -> rusqlite::Result<Connection> {
+///
+/// A month can get another file while it is opened: `months` waits for all that have the old one open, and who waits for that in turn
+/// opens the new one.
+pub(crate) fn connect(path: &Path) -> rusqlite::Result<Connection> {
+    let inode = || fs::metadata(path).map(|file| (file.dev(), file.ino())).ok();
+    loop {
+        let before = inode();
+        let connection = connect_once(path)?;
+        if inode() == before {
+            return Ok(connection);
+        }
+    }
+}
+
+fn connect_once(path: &Path) -> rusqlite::Result<Connection> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let probe = |connection: Connection| {
         connection.query_row("PRAGMA schema_version", (), |_| Ok(()))?;
@@ -225,44 +241,4 @@ fn connect(path: &Path) -> rusqlite::Result<Connection> {
     let quoted = text.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
     let uri = format!("file:{quoted}?immutable=1");
     Connection::open_with_flags(uri, flags | OpenFlags::SQLITE_OPEN_URI).and_then(probe)
-}
-
-/// Whether a month has samples of a group.
-pub(crate) fn has_group(connection: &Connection, group: GroupKey) -> rusqlite::Result<bool> {
-    let mut find = connection.prepare_cached("SELECT 1 FROM _group WHERE id=?1 AND src=?2 AND src_ent=?3")?;
-    find.query_row((group.id, group.src, group.src_ent), |_| Ok(())).optional().map(|found| found.is_some())
-}
-
-/// The names of columns for a SELECT, each after a comma; NULL for those that the month's table, of an older catalogue, lacks.
-pub(crate) fn select_list(
-    connection: &Connection,
-    table: &Table,
-    names: &[&str],
-) -> rusqlite::Result<String> {
-    let present = history::columns(connection, table.desc.abbrev)?;
-    let quoted = names.iter().map(|name| {
-        let there = present.iter().any(|one| one.eq_ignore_ascii_case(name));
-        if there { format!(",\"{name}\"") } else { ",NULL".to_owned() }
-    });
-    Ok(quoted.collect())
-}
-
-/// What tells how many fields each message of a group had, for a SELECT from its table called `message`: a number, or NULL for
-/// all. None where the month is of an earlier version, which does not know.
-pub(crate) fn fields_sent(connection: &Connection, group: GroupKey) -> rusqlite::Result<String> {
-    if history::columns(connection, "_short")?.is_empty() {
-        return Ok("0".to_owned());
-    }
-    let mut find =
-        connection.prepare_cached("SELECT 1 FROM _short WHERE id=?1 AND src=?2 AND src_ent=?3 LIMIT 1")?;
-    let some = find.query_row((group.id, group.src, group.src_ent), |_| Ok(())).optional()?.is_some();
-    Ok(if some {
-        format!(
-            "(SELECT fields FROM _short AS short WHERE short.id={} AND short.src=message.src AND \
-             short.src_ent=message.src_ent AND short.time_us=message.time_us AND short.hash=message.hash)",
-            group.id
-        )
-    } else {
-        "NULL".to_owned()
-    })
 }

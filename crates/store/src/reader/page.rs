@@ -20,15 +20,6 @@ impl Page {
     }
 }
 
-/// From which end messages are told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
-    /// The oldest first.
-    Oldest,
-    /// The newest first: all the same the other way round.
-    Newest,
-}
-
 /// A part of an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paged<T> {

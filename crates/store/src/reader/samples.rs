@@ -1,12 +1,14 @@
 //! Samples as they are.
 
 use super::page::Pager;
-use super::{Page, Paged, Reader, Source, fields_sent, has_group, select_list};
+use super::{Page, Paged, Reader, Source};
 use crate::error::{Result, StoreError};
-use crate::history::ColumnKind;
 use crate::history::rollup::number;
+use crate::history::rows::{self, Order, Question, SENT};
+use crate::history::{ColumnKind, GroupKey, MonthKey};
 use crate::range::TimeRange;
 use rusqlite::types::ValueRef;
+use rusqlite::{Connection, Transaction};
 use std::ops::ControlFlow;
 use units::UtcTime;
 
@@ -106,9 +108,9 @@ impl Reader {
                 samples.cut = true;
                 return Ok(ControlFlow::Break(()));
             }
-            samples.time_us.push(row.get(0)?);
+            samples.time_us.push(row.time_us()?);
             for (at, values) in samples.values.iter_mut().enumerate() {
-                values.push(number(row.get_ref(at + FIELDS_AT)?).unwrap_or(f64::NAN));
+                values.push(number(row.value(at + FIELDS_AT)?).unwrap_or(f64::NAN));
             }
             Ok(ControlFlow::Continue(()))
         })?;
@@ -130,7 +132,7 @@ impl Reader {
         let mut pager = Pager::new(page);
         let reals = self.reals(&source.message, fields)?;
         self.scan(source, fields, range, |row| {
-            pager.step(row.get(0)?, || {
+            pager.step(row.time_us()?, || {
                 let row = read_row(row, &reals)?;
                 let bytes = row.bytes();
                 found.push(row);
@@ -149,20 +151,12 @@ impl Reader {
         self.check_fields(source, fields)?;
         let reals = self.reals(&source.message, fields)?;
         for (key, part) in self.parts(range)?.into_iter().rev() {
-            let (connection, table) = (self.month(key)?, self.table(&source.message)?);
             let read = || -> rusqlite::Result<Option<Row>> {
-                if !has_group(connection, group)? {
+                let _moment = self.moment(key)?;
+                let Some(mut question) = self.question(key, group, fields, Order::Newest)? else {
                     return Ok(None);
-                }
-                let mut statement = connection.prepare_cached(&format!(
-                    "SELECT time_us,received_us,{}{} FROM \"{}\" AS message WHERE src=?1 AND src_ent=?2 AND \
-                     time_us>=?3 AND time_us<?4 ORDER BY time_us DESC,hash DESC LIMIT 1",
-                    fields_sent(connection, group)?,
-                    select_list(connection, table, fields)?,
-                    table.desc.abbrev
-                ))?;
-                let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
-                rows.next()?.map(|row| read_row(row, &reals)).transpose()
+                };
+                question.rows(part)?.next()?.map(|row| read_row(row, &reals)).transpose()
             };
             if let Some(row) = self.named(key, read())? {
                 return Ok(Some(row));
@@ -171,31 +165,23 @@ impl Reader {
         Ok(None)
     }
 
-    /// Walks over a series' messages in order of time. A row holds the time, the arrival, how many fields were sent, and the
-    /// fields.
+    /// Walks over a series' messages in order of time. Their columns: see [`Self::question`].
     pub(crate) fn scan(
         &mut self,
         source: &Source,
         fields: &[&str],
         range: TimeRange,
-        mut visit: impl FnMut(&rusqlite::Row<'_>) -> rusqlite::Result<ControlFlow<()>>,
+        mut visit: impl FnMut(rows::Row<'_>) -> rusqlite::Result<ControlFlow<()>>,
     ) -> Result<()> {
         let group = self.group(source)?;
         self.check_fields(source, fields)?;
         for (key, part) in self.parts(range)? {
-            let (connection, table) = (self.month(key)?, self.table(&source.message)?);
             let mut read = || -> rusqlite::Result<ControlFlow<()>> {
-                if !has_group(connection, group)? {
+                let _moment = self.moment(key)?;
+                let Some(mut question) = self.question(key, group, fields, Order::Oldest)? else {
                     return Ok(ControlFlow::Continue(()));
-                }
-                let mut statement = connection.prepare_cached(&format!(
-                    "SELECT time_us,received_us,{}{} FROM \"{}\" AS message WHERE src=?1 AND src_ent=?2 AND \
-                     time_us>=?3 AND time_us<?4 ORDER BY time_us,hash",
-                    fields_sent(connection, group)?,
-                    select_list(connection, table, fields)?,
-                    table.desc.abbrev
-                ))?;
-                let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
+                };
+                let mut rows = question.rows(part)?;
                 while let Some(row) = rows.next()? {
                     if visit(row)?.is_break() {
                         return Ok(ControlFlow::Break(()));
@@ -208,6 +194,27 @@ impl Reader {
             }
         }
         Ok(())
+    }
+
+    /// Until it is dropped, all that a month is asked is of one moment: a row that comes late for a packed month moves others from
+    /// a chunk into a table.
+    pub(crate) fn moment(&self, key: MonthKey) -> rusqlite::Result<Option<Transaction<'_>>> {
+        self.months.get(&key).map(Connection::unchecked_transaction).transpose()
+    }
+
+    /// A question to a month for the arrival, how many fields were sent, and these fields: what [`read_row`] reads.
+    pub(super) fn question(
+        &self,
+        key: MonthKey,
+        group: GroupKey,
+        fields: &[&str],
+        order: Order,
+    ) -> rusqlite::Result<Option<Question<'_>>> {
+        let (Some(connection), Some(table)) = (self.months.get(&key), self.table_of(group)) else {
+            return Ok(None);
+        };
+        let columns = [&["received_us", SENT], fields].concat();
+        Question::new(connection, table, group, &columns, order)
     }
 
     /// Of each field its place among those of the message, if it is a real, in which NULL is a NaN.
@@ -237,21 +244,20 @@ impl Reader {
     }
 }
 
-/// Where the fields begin in a row: after the time, the arrival, and how many fields were sent.
-const FIELDS_AT: usize = 3;
+/// Where the fields begin among the columns: after the arrival, and how many fields were sent.
+const FIELDS_AT: usize = 2;
 
-/// A row of time, arrival, number of fields that were sent (NULL for all), and fields, of which `reals` are those at these places
-/// of the message.
-pub(super) fn read_row(row: &rusqlite::Row<'_>, reals: &[Option<usize>]) -> rusqlite::Result<Row> {
-    let sent = row.get::<_, Option<u32>>(2)?.map_or(usize::MAX, |fields| fields as usize);
+/// A row of [`Reader::question`]; `reals` are the fields at these places of the message.
+pub(super) fn read_row(row: rows::Row<'_>, reals: &[Option<usize>]) -> rusqlite::Result<Row> {
+    let sent = row.get::<Option<u32>>(1)?.map_or(usize::MAX, |fields| fields as usize);
     let cell = |(at, real): (usize, &Option<usize>)| {
-        let cell = Cell::of(row.get_ref(at + FIELDS_AT)?);
+        let cell = Cell::of(row.value(at + FIELDS_AT)?);
         let is_nan = cell == Cell::Nothing && real.is_some_and(|at| at < sent);
         Ok(if is_nan { Cell::Real(f64::NAN) } else { cell })
     };
     Ok(Row {
-        time: UtcTime::from_micros(row.get(0)?),
-        received: UtcTime::from_micros(row.get(1)?),
+        time: UtcTime::from_micros(row.time_us()?),
+        received: UtcTime::from_micros(row.get(0)?),
         cells: reals.iter().enumerate().map(cell).collect::<rusqlite::Result<_>>()?,
     })
 }

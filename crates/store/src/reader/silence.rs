@@ -5,11 +5,13 @@
 //! series after the other split what is left of the range, the densest first; where the range is long, roll-ups
 //! tell where to look.
 
-use super::{Reader, Source, has_group};
+use super::{Reader, Source};
 use crate::error::Result;
+use crate::history::rows::{Order, Question};
 use crate::history::{Extent, GroupKey, MonthKey};
 use crate::range::TimeRange;
 use imc::Address;
+use rusqlite::Connection;
 use std::cmp::Reverse;
 
 const SECOND_US: i64 = 1_000_000;
@@ -139,15 +141,6 @@ impl Reader {
             }
             last_us = time_us;
         };
-        // What could not be read as its message lies raw.
-        let of = |table: &str| {
-            format!("SELECT time_us FROM {table} WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4")
-        };
-        let mut sql = of("_raw") + " AND id=?5";
-        if let Some(table) = self.schema.table(group.id) {
-            sql = format!("{sql} UNION ALL {}", of(&format!("\"{}\"", table.desc.abbrev)));
-        }
-        sql.push_str(" ORDER BY 1");
         for (key, part) in months {
             let part = part.within(hole);
             if part.is_empty() {
@@ -155,14 +148,24 @@ impl Reader {
             }
             let connection = self.month(*key)?;
             let mut read = || -> rusqlite::Result<()> {
-                if has_group(connection, group)? {
-                    let mut statement = connection.prepare_cached(&sql)?;
-                    let of = (group.src, group.src_ent, part.from_us, part.to_us, group.id);
-                    let mut rows = statement.query(of)?;
+                let _moment = self.moment(*key)?;
+                // What could not be read as its message lies raw: little, and between the others.
+                let mut raw = raw_times(connection, group, part)?.into_iter().peekable();
+                let question = match self.schema.table(group.id) {
+                    Some(table) => Question::new(connection, table, group, &[], Order::Oldest)?,
+                    None => None,
+                };
+                if let Some(mut question) = question {
+                    let mut rows = question.rows(part)?;
                     while let Some(row) = rows.next()? {
-                        hear(row.get(0)?);
+                        let time_us = row.time_us()?;
+                        while let Some(before_us) = raw.next_if(|raw_us| *raw_us <= time_us) {
+                            hear(before_us);
+                        }
+                        hear(time_us);
                     }
                 }
+                raw.for_each(&mut hear);
                 Ok(())
             };
             self.named(*key, read())?;
@@ -170,4 +173,13 @@ impl Reader {
         hear(hole.to_us);
         Ok(())
     }
+}
+
+/// The times of a group's messages that could not be read, in their order.
+fn raw_times(connection: &Connection, group: GroupKey, part: TimeRange) -> rusqlite::Result<Vec<i64>> {
+    let mut statement = connection.prepare_cached(
+        "SELECT time_us FROM _raw WHERE src=?1 AND src_ent=?2 AND id=?3 AND time_us>=?4 AND time_us<?5 ORDER BY time_us",
+    )?;
+    let span = (group.src, group.src_ent, group.id, part.from_us, part.to_us);
+    statement.query_map(span, |row| row.get(0))?.collect()
 }

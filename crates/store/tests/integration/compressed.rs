@@ -8,7 +8,10 @@ use link::{LinkSeq, Transport};
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use store::{Accepted, Packing, Selection, Store, TimeRange, export_lsf, log_version, plan_packing, usage};
+use store::{
+    Accepted, PackedMonth, Packing, Selection, Store, TimeRange, export_lsf, log_version, plan_months,
+    plan_packing, usage,
+};
 
 const DAY_US: i64 = 86_400_000_000;
 
@@ -181,8 +184,24 @@ fn a_recording_takes_less_than_its_gzip_and_its_index_a_few_bytes_a_packet() {
     let mut gzip = GzEncoder::new(Vec::new(), Compression::default());
     gzip.write_all(&plain).unwrap();
     let gzip = gzip.finish().unwrap().len() as u64;
+    let history = |folder: &Path| {
+        let (mut months, mut catalogue) = (0, 0);
+        for (name, bytes) in usage(folder).unwrap().history {
+            *(if name == "catalogue.sqlite" { &mut catalogue } else { &mut months }) += bytes;
+        }
+        [months, catalogue]
+    };
+    // Its last log is written back.
     store.close().unwrap();
-    let history = usage(folder.path()).unwrap().history_bytes();
+    let [plain_months, catalogue] = history(folder.path());
+    let mut store = Store::open(folder.path()).unwrap();
+    for month in plan_months(folder.path(), 1, utc(START_US + 90 * DAY_US)).unwrap() {
+        assert!(store.ready_month(month.key).unwrap());
+        let packed = PackedMonth::make(folder.path(), &month, &mut |_| true).unwrap();
+        store.adopt_month(packed).unwrap().unwrap();
+    }
+    store.close().unwrap();
+    let [packed_months, _] = history(folder.path());
     let each = |bytes: u64| bytes as f64 / packets as f64;
     println!("{packets} packets of {}; bytes a packet:", recording.display());
     for (what, bytes) in [
@@ -191,7 +210,10 @@ fn a_recording_takes_less_than_its_gzip_and_its_index_a_few_bytes_a_packet() {
         ("Data.lsf.zst", packed_data),
         ("Arrivals.idx", arrivals),
         ("Arrivals.zst", packed_arrivals),
-        ("history", history),
+        ("history, months", plain_months),
+        ("months, compressed", packed_months),
+        ("history, catalogue", catalogue),
+        ("all, compressed", packed_data + packed_arrivals + packed_months + catalogue),
     ] {
         println!(
             "{what:<22} {bytes:>9} bytes, {:>6.2} a packet, {:>5.2} of the gzip",
@@ -201,4 +223,5 @@ fn a_recording_takes_less_than_its_gzip_and_its_index_a_few_bytes_a_packet() {
     }
     assert!(packed_data <= gzip, "{packed_data} bytes, by gzip {gzip}");
     assert!(each(packed_arrivals) < 4.0, "{} bytes a packet", each(packed_arrivals));
+    assert!(each(packed_months) < 30.0, "{} bytes a packet", each(packed_months));
 }

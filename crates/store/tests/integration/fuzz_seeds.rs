@@ -5,7 +5,7 @@
 #[path = "../../../../fuzz/bodies/store.rs"]
 mod bodies;
 
-use bodies::{PACKED, PACKETS, START_S, packet};
+use bodies::{CHUNK, PACKED, PACKETS, START_S, packet};
 use proptest::prelude::*;
 use std::fs;
 use std::sync::LazyLock;
@@ -70,6 +70,32 @@ fn packed_seeds() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
+/// Chunks of a compressed month, whole and damaged.
+fn chunk_seeds() -> Vec<(&'static str, Vec<u8>)> {
+    let [_, body] = &*CHUNK;
+    let with = |how: u8, bytes: &[u8]| [&[how][..], bytes].concat();
+    let part = |how: u8, at: u16, bytes: &[u8]| [&[how][..], &at.to_le_bytes(), bytes].concat();
+    vec![
+        ("whole", with(0, body)),
+        ("cut", with(0, &body[..body.len() - 3])),
+        ("cut-and-mended", with(2, &body[..body.len() - 30])),
+        ("nothing", vec![0]),
+        // Counts of rows and columns, and a column's length, that it does not have.
+        ("rows", part(3, 1, &[0xFF, 0xFF, 0xFF, 0x7F])),
+        ("columns", part(3, 2, &[0xFF, 0x7F])),
+        ("length", part(3, 3, &[0xFF, 0xFF, 0xFF, 0x07])),
+        ("damaged", part(1, 60, &[0xFF; 8])),
+        ("damaged-and-mended", part(3, 60, &[0xFF; 8])),
+        // A column that says it is 16 MiB long.
+        ("long", part(3, 3 + 10, &[1, 0x80, 0x80, 0x80, 0x08])),
+    ]
+}
+
+#[test]
+fn chunk_seeds_hold() {
+    hold("store_chunk", &chunk_seeds(), bodies::chunk);
+}
+
 #[test]
 fn arrivals_seeds_hold() {
     hold("store_arrivals", &SEEDS, bodies::arrivals);
@@ -110,6 +136,13 @@ proptest! {
         bytes[0] = mend;
         bodies::arrivals(&bytes);
         bodies::arrivals(&bytes[..at]);
+    }
+
+    /// The same of chunks.
+    #[test]
+    fn damaged_chunks_hold(at: u16, bytes in prop::collection::vec(any::<u8>(), 1..12), mend: bool) {
+        let how = 1 | u8::from(mend) << 1;
+        bodies::chunk(&[&[how][..], &at.to_le_bytes(), &bytes].concat());
     }
 
     /// The same of compressed days.

@@ -4,7 +4,9 @@ use crate::support::{OTTER, START_US, accept_link, archived, temperature};
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use store::{PackStep, Packing, Reader, Source, Store, TimeRange, plan_packing};
+use store::{
+    MonthStep, PackStep, PackedMonth, Packing, Reader, Source, Store, TimeRange, plan_months, plan_packing,
+};
 use units::UtcTime;
 
 /// Where the child writes; set only for it.
@@ -19,6 +21,8 @@ const CRAMPED: &str = "LUTRA_STORE_CRAMPED_TEST";
 /// The same for the child that compresses a day and stops at the step of this name.
 const COMPRESSING: &str = "LUTRA_STORE_COMPRESS_TEST";
 const STOP_AT: &str = "LUTRA_STORE_STOP_AT";
+/// The same for the child that compresses a month.
+const SEALING: &str = "LUTRA_STORE_MONTH_TEST";
 /// Acknowledgements before the process is killed: somewhere within the next commit.
 const ACKNOWLEDGED: usize = 12;
 
@@ -295,4 +299,76 @@ fn a_server_that_is_killed_while_it_compresses_a_day_has_all_of_it() {
     }
     let day = folder.path().join("archive/0x2810/20261121");
     assert!(!day.join("Data.lsf").exists() && day.join("Data.lsf.zst").exists());
+}
+
+/// The child that compresses a month, and stands still at one step until it is killed.
+#[test]
+fn month_child() {
+    let Some(folder) = std::env::var_os(SEALING) else { return };
+    let (folder, stop_at) = (Path::new(&folder).to_owned(), std::env::var(STOP_AT).unwrap());
+    let mut step = move |step: MonthStep| {
+        if format!("{step:?}") == stop_at {
+            println!("stands at {step:?}");
+            loop {
+                std::thread::park();
+            }
+        }
+    };
+    let mut store = Store::open(&folder).unwrap();
+    let month = plan_months(&folder, 3, UtcTime::from_micros(START_US + 60 * 86_400_000_000)).unwrap()[0];
+    assert!(store.ready_month(month.key).unwrap());
+    let packed = PackedMonth::make(&folder, &month, &mut |_| {
+        step(MonthStep::Begun);
+        true
+    });
+    let packed = packed.unwrap();
+    step(MonthStep::Made);
+    store.adopt_month_watched(packed, &mut step).unwrap().unwrap();
+}
+
+#[test]
+fn a_server_that_is_killed_while_it_compresses_a_month_has_all_of_it() {
+    const PACKETS: u64 = 5_000;
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for seq in 0..PACKETS {
+        accept_link(&mut store, &sample(seq), START_US, seq);
+    }
+    store.close().unwrap();
+    let source = Source { system: OTTER, entity: 5, message: "Temperature".to_owned() };
+    let month = folder.path().join("history/2026-11.sqlite");
+    let is_packed = || {
+        let connection = rusqlite::Connection::open(&month).unwrap();
+        connection.query_row("PRAGMA user_version", (), |row| row.get::<_, i64>(0)).unwrap() == 2
+    };
+    for step in MonthStep::ALL {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "kill::month_child", "--nocapture"])
+            .env(SEALING, folder.path())
+            .env(STOP_AT, format!("{step:?}"))
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+        assert!(lines.any(|line| line.contains("stands at")), "the child did not come to {step:?}");
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let samples =
+            || Reader::open(folder.path()).unwrap().samples(&source, &["value"], TimeRange::ALL, 9_999);
+        assert_eq!(samples().unwrap().values[0].len() as u64, PACKETS, "{step:?}");
+        assert_eq!(is_packed(), step == MonthStep::Named, "{step:?}");
+        let store = Store::open(folder.path()).unwrap();
+        assert_eq!((store.behind(), &store.repairs().notes), (None, &Vec::new()), "{step:?}");
+        let connection = rusqlite::Connection::open(&month).unwrap();
+        let form: String = connection.query_row("PRAGMA journal_mode", (), |row| row.get(0)).unwrap();
+        assert_eq!(form, "wal", "{step:?}: it could be replaced below its readers");
+        drop(connection);
+        assert_eq!(samples().unwrap().values[0].len() as u64, PACKETS, "{step:?}");
+        let litter: Vec<_> = std::fs::read_dir(folder.path().join("history"))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter(|name| name.contains("packing") || name.contains("journal"))
+            .collect();
+        assert_eq!(litter, Vec::<String>::new(), "{step:?}");
+    }
 }

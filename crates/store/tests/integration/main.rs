@@ -9,6 +9,7 @@ mod export;
 mod fuzz_seeds;
 mod kill;
 mod kinds;
+mod months;
 mod properties;
 mod recordings;
 mod silences;

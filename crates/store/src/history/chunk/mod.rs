@@ -1,0 +1,134 @@
+//! Packed months: the rows of messages' tables as compressed chunks.
+//!
+//! A packed month has the tables of every month, except those of messages: their rows are in `_chunk`, some of one group each, in
+//! the order of the key, and its roll-ups are in `_rolled`. What still comes for it goes into ordinary tables. Chunks do not overlap, and no ordinary row lies
+//! within one: a row that comes for the time of a chunk makes ordinary rows of all of it ([`late`]). The next packing makes
+//! chunks again.
+
+mod codec;
+mod late;
+mod pack;
+mod read;
+mod rolled;
+
+pub(crate) use late::Late;
+pub(crate) use pack::{Source, make};
+pub(super) use read::{Chunks, Open};
+pub(super) use rolled::add as add_rolled;
+
+use super::group::GroupKey;
+use codec::Damaged;
+use rusqlite::{Connection, OptionalExtension as _, Row};
+use units::UtcTime;
+
+/// The tables that a packed month has beside those of all months.
+const TABLES: &str = "
+CREATE TABLE IF NOT EXISTS _layout (
+  layout INTEGER PRIMARY KEY, id INTEGER NOT NULL, columns TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS _chunk (
+  chunk INTEGER PRIMARY KEY, id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL,
+  first_us INTEGER NOT NULL, first_hash INTEGER NOT NULL, last_us INTEGER NOT NULL, last_hash INTEGER NOT NULL,
+  count INTEGER NOT NULL, layout INTEGER NOT NULL, body BLOB NOT NULL);
+CREATE UNIQUE INDEX IF NOT EXISTS _chunk_key ON _chunk (
+  id, src, src_ent, first_us, first_hash, last_us, last_hash, count, layout);
+";
+/// Columns of a chunk before those of the message: time, fingerprint, arrival, receiver, and how many fields were sent.
+const BEFORE: usize = 6;
+/// The place of the last of them.
+const SENT_AT: usize = BEFORE - 1;
+/// What [`Head::read`] reads.
+const HEAD: &str = "chunk,first_us,first_hash,last_us,last_hash,count,layout";
+
+/// Whether a month has chunks, or had some.
+pub(crate) fn is_packed(connection: &Connection) -> rusqlite::Result<bool> {
+    Ok(!super::rows::columns_of(connection, "_chunk")?.is_empty())
+}
+
+/// How many rows are in the chunks of a packed month.
+pub(crate) fn rows(connection: &Connection) -> rusqlite::Result<u64> {
+    connection
+        .query_row("SELECT coalesce(sum(count),0) FROM _chunk", (), |row| row.get::<_, i64>(0))
+        .map(i64::cast_unsigned)
+}
+
+/// Reads all of a month's chunks; the first that is damaged, if any is.
+pub(crate) fn check(connection: &Connection) -> rusqlite::Result<()> {
+    if !is_packed(connection)? {
+        return Ok(());
+    }
+    let mut statement = connection.prepare(&format!("SELECT {HEAD},id,src,src_ent FROM _chunk"))?;
+    let mut rows = statement.query(())?;
+    while let Some(row) = rows.next()? {
+        let group = GroupKey { id: row.get(7)?, src: row.get(8)?, src_ent: row.get(9)? };
+        let head = Head::read(row)?;
+        let columns = layout(connection, head.layout)?.len();
+        Open::read(connection, group, &head, (0..BEFORE + columns).map(Some))?;
+    }
+    rolled::check(connection)
+}
+
+/// A time, and the fingerprint that tells messages of one microsecond apart.
+type Key = (i64, i64);
+
+/// What is known of a chunk before it is unpacked.
+#[derive(Debug, Clone, Copy)]
+struct Head {
+    chunk: i64,
+    first: Key,
+    last: Key,
+    count: usize,
+    layout: i64,
+}
+
+impl Head {
+    fn read(row: &Row<'_>) -> rusqlite::Result<Self> {
+        Ok(Self {
+            chunk: row.get(0)?,
+            first: (row.get(1)?, row.get(2)?),
+            last: (row.get(3)?, row.get(4)?),
+            count: row.get::<_, u32>(5)? as usize,
+            layout: row.get(6)?,
+        })
+    }
+
+    fn damaged(&self, group: GroupKey, why: Damaged) -> rusqlite::Error {
+        let message = imc::catalogue::by_id(group.id);
+        let message = message.map_or_else(|| format!("message {}", group.id), |desc| desc.abbrev.to_owned());
+        let [from, to] = [self.first.0, self.last.0].map(UtcTime::from_micros);
+        let GroupKey { src, src_ent, .. } = group;
+        let text = format!("{message} of {src:#06x}, entity {src_ent}, from {from} to {to}: {why}");
+        rusqlite::Error::ToSqlConversionFailure(Box::new(DamagedChunk(text)))
+    }
+}
+
+/// A chunk that cannot be read. The others can.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "a chunk is damaged, {0}. All other times can be read; stop the server and run `lutra-server reindex`, which makes the \
+     history again from the archive"
+)]
+struct DamagedChunk(String);
+
+/// Whether an error says that a chunk is damaged.
+pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
+    matches!(error, rusqlite::Error::ToSqlConversionFailure(source) if source.is::<DamagedChunk>())
+}
+
+/// A column of a message's table, and its type in SQL.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Declared {
+    name: String,
+    kind: String,
+}
+
+/// The columns of a layout, which are those of a chunk after the first [`BEFORE`].
+fn layout(connection: &Connection, layout: i64) -> rusqlite::Result<Vec<Declared>> {
+    let mut find = connection.prepare_cached("SELECT columns FROM _layout WHERE layout=?1")?;
+    let text: Option<String> = find.query_row([layout], |row| row.get(0)).optional()?;
+    Ok(text.iter().flat_map(|text| text.lines()).map(declared).collect())
+}
+
+fn declared(line: &str) -> Declared {
+    let (name, kind) = line.split_once(' ').unwrap_or((line, ""));
+    Declared { name: name.to_owned(), kind: kind.to_owned() }
+}
