@@ -56,6 +56,13 @@ await inBrowser(async (open) => {
   const tags = table((await take()).text);
   same(tags.rows.length, 5_200, "tags");
   check(/^heard$/.test(tags.head[8]) && /^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.250Z$/.test(tags.rows[0][8]), `the receiver's time: ${tags.head[8]} ${tags.rows[0][8]}`);
+  // The same with types: whole from its first mark to its last.
+  await page.getByLabel("File format").selectOption({ label: "Parquet: pandas, R, DuckDB" });
+  await told(/^5,200 rows\.$/);
+  check((await page.getByLabel("Compress with gzip").count()) === 0, "it is packed within");
+  const typed = await take();
+  check(typed.name === "TBRFishTag.parquet" && typed.text.startsWith("PAR1") && typed.text.endsWith("PAR1"), typed.name);
+  await page.getByLabel("File format").selectOption({ label: "CSV" });
   await page.getByLabel("From (UTC)", { exact: true }).fill("2026-11-22T10:00:00");
   await page.getByLabel("To (UTC)", { exact: true }).fill("2026-11-21T10:00:00");
   await page.getByText("The end is not after the beginning.").waitFor();

@@ -14,7 +14,7 @@ use std::process::Command;
 
 /// Each crate's layer. A crate depends on lower layers only.
 const LAYERS: [(u8, &[&str]); 8] = [
-    (0, &["book", "manual", "service", "suggest", "units"]),
+    (0, &["book", "manual", "parquetfile", "service", "suggest", "units"]),
     (1, &["charts", "devices", "geofile", "imc", "provision"]),
     (2, &["detections", "guard", "tiles"]),
     (3, &["acoustics", "config", "control", "drivers", "link", "mission", "planner", "tables"]),

@@ -340,12 +340,18 @@ test("a fraction of a second that is typed stands in the address of the file", (
   const noon = 1_780_315_200_000_000;
   assert.deepEqual(["2026-06-01 12:00", "2026-06-01 12:00:00.5", "2026-06-01T12:00:00.000001Z", "2026-06-01 12:00:00.123456"].map(pickedUs), [noon, noon + 500_000, noon + 1, noon + 123_456]);
   assert.ok(!isTime("2026-06-01 12:00:00.1234567") && !isTime("2026-02-30 12:00:00.5"), "finer than a microsecond, and no day");
-  const asked = (from) => new URL(fileOf({ kind: "log", message: "", vessel: "", from, to: "", angles: "deg", every_s: "", gzip: false }), "http://x").searchParams.get("from");
+  const asked = (from) => new URL(fileOf({ kind: "log", message: "", vessel: "", from, to: "", angles: "deg", every_s: "", form: "csv", gzip: false }), "http://x").searchParams.get("from");
   assert.equal(asked("2026-06-01 12:00:00"), "2026-06-01T12:00:00Z");
   assert.equal(asked("2026-06-01 12:00:00.5"), "2026-06-01T12:00:00.500000Z");
   assert.equal(asked("1969-12-31 23:59:59.25"), "1969-12-31T23:59:59.250000Z");
   assert.equal(asked("tomorrow"), "tomorrow", "the server says what is wrong with it");
   assert.equal(picked(noon + 500_000), "2026-06-01 12:00:00", "a field has whole seconds");
+});
+
+test("a table is taken away as CSV or as Parquet, which is packed within", () => {
+  const of = (form, gzip) => fileOf({ kind: "messages", message: "Rpm", vessel: "", from: "", to: "", angles: "rad", every_s: "", form, gzip });
+  assert.equal(of("csv", true), "/api/v1/export.csv?message=Rpm&angles=rad&gzip=true");
+  assert.equal(of("parquet", true), "/api/v1/export.parquet?message=Rpm&angles=rad");
 });
 
 const { stepText } = await load("state/orderwords");

@@ -120,6 +120,18 @@ class Lutra:
         kinds.update(_SENDER)
         return rows(self.connection.open(self.connection.url("/api/v1/export.csv", query), is_file=True), kinds)
 
+    def frame(
+        self, message: Words, start: Time = None, end: Time = None, vessel: Words = None, entity: Words = None,
+        field: Words = None, every_s: Optional[float] = None, angles: str = "rad",
+    ) -> Any:
+        """The rows of any message as a table of pandas, with its types. Needs pandas and pyarrow."""
+        import io
+
+        import pandas  # type: ignore[import-untyped]
+
+        query = _table(message, start, end, vessel, entity, field, every_s, angles, units=False)
+        return pandas.read_parquet(io.BytesIO(self.connection.read("/api/v1/export.parquet", query, is_file=True)))
+
     def download_rows(
         self, path: Path, message: Words, start: Time = None, end: Time = None, vessel: Words = None,
         entity: Words = None, field: Words = None, every_s: Optional[float] = None, angles: str = "rad",

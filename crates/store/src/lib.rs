@@ -6,7 +6,7 @@
 //!   time, one wide table per message, with roll-ups. It can be made again from the archive at any time.
 //! - [`Reader`] answers queries to the history, with or without a writer beside it: systems, series, samples,
 //!   [`Buckets`] for plots of any range, tracks, detections, log books, gaps.
-//! - [`export_csv`] and [`export_lsf`] export data; [`Store::import`] imports logs.
+//! - [`export_csv`], [`export_parquet`] and [`export_lsf`] export data; [`Store::import`] imports logs.
 //! - [`reindex`], [`Store::retain`], [`plan_unattended`], [`plan_packing`], [`backup_files`] and [`doctor()`] maintain it. A fault of the
 //!   history stops nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
 //!
@@ -94,8 +94,9 @@ pub use backup::{BackupFile, Changes, Covered, backup_files, copy_database, cove
 pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{
-    Angles, CsvOptions, Exported, RAW, Selection, Shape, acoustic_version, describe_csv, each_detection,
-    export_csv, export_lsf, log_version, measure_csv, months, system, table_version, unexplained,
+    Angles, CsvOptions, Exported, RAW, Selection, Shape, acoustic_version, check_parquet, describe_csv,
+    each_detection, export_csv, export_lsf, export_parquet, log_version, measure_csv, months, system,
+    table_version, unexplained,
 };
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table, row_key};

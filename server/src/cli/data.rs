@@ -108,6 +108,8 @@ enum Format {
     /// The same, compressed.
     #[value(name = "csv.gz")]
     CsvGz,
+    /// The same columns with their types, for pandas, polars, DuckDB and R's arrow.
+    Parquet,
     /// The packets as they came, for Neptus and other readers of IMC logs.
     Lsf,
 }
@@ -229,6 +231,9 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
     if arguments.format != Format::Lsf && arguments.messages != [store::RAW] {
         tell_left_out(&data, &selection)?;
     }
+    if arguments.format == Format::Parquet {
+        store::check_parquet(&arguments.messages, &csv_options(arguments))?;
+    }
     let is_text = arguments.format == Format::Csv;
     to_output(arguments.output.as_deref(), is_text, &mut |out| write(&data, &selection, arguments, out))
 }
@@ -279,13 +284,8 @@ fn tell_left_out(data: &Path, selection: &Selection) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write(
-    data: &Path,
-    selection: &Selection,
-    arguments: &ExportArguments,
-    out: &mut dyn Write,
-) -> anyhow::Result<Exported> {
-    let options = CsvOptions {
+fn csv_options(arguments: &ExportArguments) -> CsvOptions {
+    CsvOptions {
         shape: if arguments.long { Shape::Long } else { Shape::Wide },
         angles: if arguments.degrees { Angles::Degrees } else { Angles::Radians },
         labels: arguments.labels,
@@ -293,7 +293,16 @@ fn write(
         dialect: arguments.spreadsheet.map(Dialect::from).unwrap_or_default(),
         every_us: arguments.every_s.and_then(|seconds| NonZeroI64::new((seconds * 1e6).round() as i64)),
         ..CsvOptions::default()
-    };
+    }
+}
+
+fn write(
+    data: &Path,
+    selection: &Selection,
+    arguments: &ExportArguments,
+    out: &mut dyn Write,
+) -> anyhow::Result<Exported> {
+    let options = csv_options(arguments);
     Ok(match arguments.format {
         Format::Csv => store::export_csv(data, selection, &options, out)?,
         Format::Lsf => store::export_lsf(data, selection, out)?,
@@ -303,6 +312,7 @@ fn write(
             packed.finish()?;
             exported
         }
+        Format::Parquet => store::export_parquet(data, selection, &options, out)?,
     })
 }
 

@@ -39,6 +39,24 @@ pub(crate) async fn csv(
     send(&state, who, export, &asked, written).await
 }
 
+/// `GET /api/v1/export.parquet`.
+pub(crate) async fn parquet(
+    State(state): State<AppState>,
+    Who(who): Who,
+    asked: HeaderMap,
+    QueryParams(query): QueryParams<ExportQuery>,
+) -> Result<Response, ApiError> {
+    let export = Export::parquet(&query)?;
+    let options = export.options;
+    let written = Written {
+        ending: "parquet",
+        media: "application/vnd.apache.parquet",
+        write: Box::new(move |data, selection, out| store::export_parquet(data, selection, &options, out)),
+        version: |data, selection| store::table_version(&mut Reader::open(data)?, selection),
+    };
+    send(&state, who, export, &asked, written).await
+}
+
 /// `GET /api/v1/export.lsf`.
 pub(crate) async fn lsf(
     State(state): State<AppState>,

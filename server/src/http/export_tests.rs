@@ -44,6 +44,34 @@ fn made_up(data: &Path) {
 }
 
 #[tokio::test]
+async fn a_table_is_there_as_parquet_where_that_can_have_it() {
+    let shore = Shore::with(made_up).await;
+    let token = shore.token(None, Role::Researcher).await;
+    let ask = async |query: &str| shore.get(&format!("/api/v1/export.parquet?{query}"), &token).await;
+    let file = ask("message=Voltage,Temperature&angles=deg").await;
+    assert_eq!(file.status, StatusCode::OK, "{}", file.body);
+    assert_eq!(file.headers[header::CONTENT_TYPE], "application/vnd.apache.parquet");
+    assert_eq!(file.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"lutra.parquet\"");
+    assert!(file.body.starts_with("PAR1") && file.body.ends_with("PAR1"), "{}", file.body);
+    assert!(file.headers.contains_key(header::ETAG));
+    for (query, remedy) in [
+        ("message=Voltage&shape=long", "shape: Parquet has a column for each field"),
+        ("message=Voltage&spreadsheet=comma", "spreadsheet: Parquet has numbers"),
+        ("message=_raw", "message: `_raw` is there as CSV"),
+        ("message=Voltag", "did you mean `Voltage`"),
+    ] {
+        let refused = ask(query).await;
+        assert_eq!(refused.status, StatusCode::BAD_REQUEST, "{query}");
+        assert!(refused.body.contains(remedy), "{query}: {}", refused.body);
+    }
+    let viewer = shore.token(None, Role::Viewer).await;
+    assert_eq!(
+        shore.get("/api/v1/export.parquet?message=Voltage", &viewer).await.status,
+        StatusCode::FORBIDDEN
+    );
+}
+
+#[tokio::test]
 async fn a_table_holds_what_was_asked_for() {
     let shore = Shore::with(made_up).await;
     let token = shore.token(None, Role::Researcher).await;
@@ -402,6 +430,7 @@ async fn a_download_that_broke_off_goes_on_to_the_same_bytes() {
     for path in [
         "/api/v1/export.csv?message=Voltage",
         "/api/v1/export.csv?message=Voltage&gzip=true",
+        "/api/v1/export.parquet?message=Voltage",
         "/api/v1/export.lsf?message=Voltage",
         "/api/v1/detections.csv?",
     ] {

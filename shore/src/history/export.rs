@@ -158,6 +158,16 @@ impl Export {
         })
     }
 
+    /// A table as Parquet.
+    ///
+    /// # Errors
+    /// The error names the parameter.
+    pub fn parquet(query: &ExportQuery) -> Result<Self, Wrong> {
+        let export = Self::csv(query)?;
+        store::check_parquet(&export.messages, &export.options)?;
+        Ok(export)
+    }
+
     /// A log.
     ///
     /// # Errors

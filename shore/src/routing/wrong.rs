@@ -27,6 +27,8 @@ fn quantity(name: &'static str) -> Said {
         "preferred depth (m)" => say("preferred depth (m)").into(),
         "preferred distance (m)" => say("preferred distance (m)").into(),
         "factor of preferences" => say("factor of preferences").into(),
+        "factor of traffic" => say("factor of traffic").into(),
+        "number of traffic areas" => say("number of traffic areas").into(),
         "number of speed limits" => say("number of speed limits").into(),
         "time of departure (s)" => say("time of departure (s)").into(),
         "speed limit (m/s)" => say("speed limit (m/s)").into(),

@@ -6,7 +6,7 @@ import type { ExportSize, Import, Recorded, RecordedDay } from "../api/types.gen
 import { type Resource, resource } from "../api/resource";
 import { Recorded as RecordedDays } from "../components/recorded";
 import { Spans, TimeSpan } from "../components/timespan";
-import { bytesText, fieldOf, fileOf, type Kind, KINDS, logBytes, picked, sizeOf, type Wanted, wrongOf } from "../state/takeout";
+import { bytesText, canPack, fieldOf, fileOf, hasRows, type Kind, KINDS, logBytes, picked, sizeOf, type Wanted, wrongOf } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { utc } from "../ui/format";
 import { IMPORT_STATES } from "../state/imports";
@@ -27,8 +27,9 @@ class TakeOut {
   readonly to = signal("");
   readonly every_s = signal("");
   readonly angles = signal<"deg" | "rad">("deg");
+  readonly form = signal<Wanted["form"]>("csv");
   readonly gzip = signal(false);
-  readonly wanted = computed<Wanted>(() => ({ kind: this.kind.value, message: this.message.value, vessel: this.vessel.value, from: this.from.value, to: this.to.value, angles: this.angles.value, every_s: this.every_s.value, gzip: this.gzip.value }));
+  readonly wanted = computed<Wanted>(() => ({ kind: this.kind.value, message: this.message.value, vessel: this.vessel.value, from: this.from.value, to: this.to.value, angles: this.angles.value, every_s: this.every_s.value, form: this.form.value, gzip: this.gzip.value }));
   readonly wrong = computed(() => wrongOf(this.wanted.value) ?? (sizeOf(this.wanted.value) && this.size.trouble.value ? fieldOf(this.size.trouble.value) : undefined));
   /** Messages that are recorded of the chosen vessel. */
   readonly messages = computed(() => [...new Set((this.recorded.value.value ?? []).filter((one) => !this.vessel.value || String(one.system) === this.vessel.value).map(({ abbrev }) => abbrev))].sort());
@@ -68,13 +69,15 @@ interface Part {
   readonly out: TakeOut;
 }
 
-function Size({ out: { wrong, kind, days, wanted, size, gzip } }: Part) {
+function Size({ out: { wrong, kind, days, wanted, size, gzip, form } }: Part) {
   if (wrong.value) return <p role="status">{wrong.value.field ? "" : <span class="bad-text">{wrong.value.text}</span>}</p>;
   if (kind.value === "log") return <p role="status">{t("At most {size}.", { size: bytesText(logBytes(days.value.value ?? [], wanted.value)) })}</p>;
   if (kind.value === "detections") return <p role="status"><a href="/detections">{t("See them first on the page Detections.")}</a></p>;
   if (size.busy.value || !size.value.value) return <p role="status">{t("Looking how large it will be …")}</p>;
   const { rows, bytes } = size.value.value;
   if (rows === 0) return <p role="status">{t("No rows in this time: the file will have its header only.")}</p>;
+  // The size is that of the text.
+  if (form.value === "parquet") return <p role="status">{t("{n} rows.", { n: count(rows) })}</p>;
   const about = { n: count(rows), size: bytesText(bytes) };
   return <p role="status">{gzip.value ? t("{n} rows, about {size} before it is packed.", about) : t("{n} rows, about {size}.", about)}</p>;
 }
@@ -119,11 +122,15 @@ function VesselField({ out }: Part) {
   );
 }
 
-/** Of files of rows: how angles are written, and how often there is a row. */
+/** Of files of rows: their form, how angles are written, and how often there is a row. */
 function RowFields({ out }: Part) {
-  const { angles, every_s, kind } = out;
+  const { angles, every_s, form, kind } = out;
   return (
     <>
+      <div class="field">
+        <label for="form">{t("File format")}</label>
+        <select id="form" value={form.value} onChange={(event) => (form.value = event.currentTarget.value as Wanted["form"])}><option value="csv">{t("CSV")}</option><option value="parquet">{t("Parquet: pandas, R, DuckDB")}</option></select>
+      </div>
       <div class="field">
         <label for="angles">{t("Angles")}</label>
         <select id="angles" value={angles.value} onChange={(event) => (angles.value = event.currentTarget.value as "deg" | "rad")}><option value="deg">{t("degrees")}</option><option value="rad">{t("radians")}</option></select>
@@ -139,7 +146,6 @@ function RowFields({ out }: Part) {
 
 function Form({ out }: Part) {
   const { kind, from, to, gzip, wrong, wanted } = out;
-  const ofRows = kind.value === "positions" || kind.value === "messages";
   return (
     <form class="take-out" onSubmit={(event) => event.preventDefault()} aria-label={t("Files")}>
       <Kinds out={out} />
@@ -147,10 +153,10 @@ function Form({ out }: Part) {
         {kind.value === "messages" && <MessageField out={out} />}
         <VesselField out={out} />
         <TimeSpan from={from} to={to} fromWrong={out.wrongAt("from")} toWrong={out.wrongAt("to")} />
-        {ofRows && <RowFields out={out} />}
+        {hasRows(kind.value) && <RowFields out={out} />}
       </div>
       <Spans from={from} to={to} />
-      <label class="inline"><input type="checkbox" checked={gzip.value} onChange={(event) => (gzip.value = event.currentTarget.checked)} />{t("Compress with gzip")}</label>
+      {canPack(wanted.value) && <label class="inline"><input type="checkbox" checked={gzip.value} onChange={(event) => (gzip.value = event.currentTarget.checked)} />{t("Compress with gzip")}</label>}
       <div class="fetch">{wrong.value ? <button type="button" id="download" class="main" disabled>{t("Download")}</button> : <a id="download" class="button main" href={fileOf(wanted.value)} download>{t("Download")}</a>}<Size out={out} /></div>
     </form>
   );

@@ -5,10 +5,10 @@ import { t } from "../words/words";
 
 /** Ways to take data away, from the most wanted. */
 export const KINDS = [
-  ["positions", t("Positions, one a second"), t("Where each vessel was, its heading and speed over ground: true_lat_deg and true_lon_deg. CSV.")],
+  ["positions", t("Positions, one a second"), t("Where each vessel was, its heading and speed over ground: true_lat_deg and true_lon_deg. CSV or Parquet.")],
   ["detections", t("Detections"), t("Each tag that was heard: time by the receiver's own clock in milliseconds, tag, receiver, place of the vessel. CSV.")],
   ["log", t("Everything, as a log"), t("All packets byte for byte as they came: IMC LSF, for Neptus and other readers of logs.")],
-  ["messages", t("Messages of one kind"), t("Any IMC message with all its fields. CSV.")],
+  ["messages", t("Messages of one kind"), t("Any IMC message with all its fields. CSV or Parquet.")],
 ] as const;
 
 export type Kind = (typeof KINDS)[number][0];
@@ -25,6 +25,8 @@ export interface Wanted {
   readonly angles: "deg" | "rad";
   /** Seconds from row to row; empty for every row. */
   readonly every_s: string;
+  /** The form of a file of rows. */
+  readonly form: "csv" | "parquet";
   readonly gzip: boolean;
 }
 
@@ -83,6 +85,16 @@ function csvQuery(wanted: Wanted): URLSearchParams {
   return query;
 }
 
+/** Whether a file has rows that are there in several forms. */
+export function hasRows(kind: Kind): boolean {
+  return kind === "positions" || kind === "messages";
+}
+
+/** Whether the file can be packed by gzip: Parquet is packed within. */
+export function canPack({ kind, form }: Pick<Wanted, "kind" | "form">): boolean {
+  return !hasRows(kind) || form === "csv";
+}
+
 function spanned(query: URLSearchParams, { from, to, vessel, gzip }: Wanted): URLSearchParams {
   if (from) query.set("from", instant(from));
   if (to) query.set("to", instant(to));
@@ -100,12 +112,12 @@ export function fileOf(wanted: Wanted): string {
     return `/api/v1/detections.csv?${query}`;
   }
   if (wanted.kind === "log") return `/api/v1/export.lsf?${spanned(new URLSearchParams(), wanted)}`;
-  return `/api/v1/export.csv?${spanned(csvQuery(wanted), wanted)}`;
+  return `/api/v1/export.${wanted.form}?${spanned(csvQuery(wanted), { ...wanted, gzip: wanted.gzip && canPack(wanted) })}`;
 }
 
 /** Where its size is asked for; empty where the list of days tells it. */
 export function sizeOf(wanted: Wanted): string {
-  if (wanted.kind === "detections" || wanted.kind === "log") return "";
+  if (!hasRows(wanted.kind)) return "";
   return `/api/v1/export/size?${spanned(csvQuery(wanted), { ...wanted, gzip: false })}`;
 }
 

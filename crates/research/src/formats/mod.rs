@@ -156,7 +156,7 @@ impl Format {
         match self.rows {
             Rows::Detections(_) | Rows::Animals(_) => "text/csv; charset=utf-8",
             Rows::Elements(document) => document.media,
-            Rows::Table => "application/vnd.apache.parquet",
+            Rows::Table => parquetfile::MEDIA,
             Rows::Archive(_) => "application/zip",
             Rows::Points => "application/x-netcdf",
             Rows::Database => "application/geopackage+sqlite3",

@@ -7,7 +7,7 @@ use std::io::Write;
 use tables::{FIXED, Format, IsoTime};
 
 /// Bytes that are passed on at once.
-const CHUNK_BYTES: usize = 1 << 16;
+pub(super) const CHUNK_BYTES: usize = 1 << 16;
 
 /// The result of an export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

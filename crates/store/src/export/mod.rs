@@ -1,4 +1,4 @@
-//! Out of the store: tables as CSV from the history, packets as LSF from the archive.
+//! Out of the store: tables as CSV and Parquet from the history, packets as LSF from the archive.
 
 mod cells;
 mod columns;
@@ -7,8 +7,10 @@ mod describe;
 mod detections;
 mod lsf;
 mod options;
+mod parquet;
 mod plan;
 mod raw;
+mod rows;
 mod select;
 mod size;
 mod version;
@@ -19,6 +21,7 @@ pub use describe::describe_csv;
 pub use detections::{acoustic_version, each_detection, months};
 pub use lsf::export_lsf;
 pub use options::{Angles, CsvOptions, Shape};
+pub use parquet::{check_parquet, export_parquet};
 pub use raw::unexplained;
 pub use select::{RAW, Selection, system};
 pub use size::measure_csv;

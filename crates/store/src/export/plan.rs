@@ -74,6 +74,11 @@ impl Plan {
         self.messages.len() > 1
     }
 
+    /// All fields, in the order of their columns in a wide table.
+    pub(crate) fn fields(&self) -> impl Iterator<Item = (&Message, &Field)> {
+        self.messages.iter().flat_map(|message| message.fields.iter().map(move |field| (message, field)))
+    }
+
     /// A field's column in a wide table. No two columns have one name.
     pub(crate) fn column(&self, message: &Message, field: &Field) -> String {
         tables::column_name(message.name, field, self.is_mixed())

@@ -15,17 +15,17 @@ use std::path::Path;
 use store::{CsvOptions, Reader, Selection, Shape, Store, TimeRange, Transport, export_csv};
 use tables::{Dialect, Format, PacketRow, Style};
 
-fn table(folder: &Path, selection: &Selection, options: CsvOptions) -> String {
+pub(crate) fn table(folder: &Path, selection: &Selection, options: CsvOptions) -> String {
     let mut out = Vec::new();
     export_csv(folder, selection, &options, &mut out).unwrap();
     String::from_utf8(out).unwrap()
 }
 
-fn messages(names: &[&str]) -> Selection {
+pub(crate) fn messages(names: &[&str]) -> Selection {
     Selection { messages: names.iter().map(|name| (*name).to_owned()).collect(), ..Selection::default() }
 }
 
-fn stored(packets: &[Vec<u8>]) -> tempfile::TempDir {
+pub(crate) fn stored(packets: &[Vec<u8>]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();
     for packet in packets {
@@ -36,14 +36,14 @@ fn stored(packets: &[Vec<u8>]) -> tempfile::TempDir {
 }
 
 /// A packet of any bytes as payload.
-fn packet_with(desc: &MessageDesc, timestamp: f64, payload: &[u8]) -> Vec<u8> {
+pub(crate) fn packet_with(desc: &MessageDesc, timestamp: f64, payload: &[u8]) -> Vec<u8> {
     let header = Header { timestamp, src: OTTER, src_ent: 9, dst: Address(0x4001), dst_ent: 3 };
     let body = imc::Body::Unknown { id: desc.id, payload: payload.to_vec() };
     imc::Packet { body, ..imc::Packet::new(header, Temperature::default()) }.encode().unwrap()
 }
 
 /// A payload of a message with values of `entropy`.
-fn payload(desc: &MessageDesc, entropy: &mut dyn Iterator<Item = u8>, depth: u8) -> Vec<u8> {
+pub(crate) fn payload(desc: &MessageDesc, entropy: &mut dyn Iterator<Item = u8>, depth: u8) -> Vec<u8> {
     let mut out = Vec::new();
     let mut byte = || entropy.next().unwrap_or_default();
     for field in desc.fields {

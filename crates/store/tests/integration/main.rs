@@ -10,6 +10,7 @@ mod fuzz_seeds;
 mod kill;
 mod kinds;
 mod months;
+mod parquet;
 mod properties;
 mod recordings;
 mod silences;

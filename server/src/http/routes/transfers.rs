@@ -18,6 +18,15 @@ pub(super) fn transfers() -> Vec<Route> {
         .query::<ExportQuery>()
         .media("text/csv")
         .packed(),
+        Route::get(
+            "/api/v1/export.parquet",
+            researcher,
+            "The same table as Parquet, with types. A file without its end is refused by readers.",
+            export::parquet,
+        )
+        .query::<ExportQuery>()
+        .media("application/vnd.apache.parquet")
+        .packed(),
         Route::get("/api/v1/export.json", researcher, "What stands in its columns.", export::description)
             .query::<ExportQuery>(),
         Route::get("/api/v1/export/size", researcher, "How large the CSV will be.", export::size)
