@@ -228,7 +228,9 @@ fn a_compressed_month_answers_as_before_and_so_when_a_vessel_comes_home_late() {
     }
     assert_same(pair.folders[0].path(), copy.path(), "a backup's copy");
     let Pair { folders, stores } = pair;
-    stores.into_iter().for_each(|store| store.close().unwrap());
+    for store in stores {
+        store.close().unwrap();
+    }
     let samples = store::reindex(folders[1].path(), false, &mut |_| true).unwrap();
     assert_eq!(samples.samples, samples.before);
     assert_same(folders[0].path(), folders[1].path(), "made again from the archive");
