@@ -128,6 +128,7 @@ impl World {
             ShoreOutput::ChartReport(report) => self.shore.chart.report = Some(report),
             ShoreOutput::Ways(report) => self.shore.ways = Some(report),
             ShoreOutput::Down => self.shore.last_given = None,
+            ShoreOutput::Sent { .. } | ShoreOutput::Stray(_) => {}
         }
     }
 
