@@ -227,7 +227,7 @@ difference: ChartDifference, } | { "code": "log_book",
  */
 part: string, 
 /**
- * What.
+ * What is said.
  */
 words: string, } | { "code": "server", 
 /**
@@ -299,7 +299,7 @@ time_us: number,
  */
 until_us: number, 
 /**
- * Why.
+ * The reason that the person gave.
  */
 reason: string, };
 
@@ -323,7 +323,7 @@ id: number,
  */
 time_us: number, 
 /**
- * Who.
+ * The person or program that did it.
  */
 actor: string, 
 /**
@@ -1148,13 +1148,13 @@ export type DatasetWithdrawn = {
  */
 written: LogWord, 
 /**
- * Why.
+ * The reason.
  */
 reason: string, };
 
 export type ShareVisit = { 
 /**
- * When.
+ * Time of the visit.
  */
 time_us: number, 
 /**
@@ -1162,7 +1162,7 @@ time_us: number,
  */
 address: string, 
 /**
- * What.
+ * What the visitor did.
  */
 what: ShareVisitKind, 
 /**
@@ -1635,7 +1635,7 @@ from_us: number,
  */
 to_us: number, 
 /**
- * Why.
+ * Why the packets are missing.
  */
 kind: GapKind, 
 /**
@@ -1862,7 +1862,7 @@ export type LeaseAction = "request" | "grant" | "decline" | "release" | "renew" 
 
 export type LeaseRequest = { 
 /**
- * What.
+ * What to do with the control.
  */
 action: LeaseAction, 
 /**
@@ -2657,11 +2657,11 @@ skip: number, };
 
 export type NoControl = { "why": "free" } | { "why": "held", 
 /**
- * Who.
+ * The person who has it.
  */
 by: string, } | { "why": "other_window" } | { "why": "expired" } | { "why": "nobody_waits" } | { "why": "asked", 
 /**
- * Who.
+ * The person who has it.
  */
 by: string, 
 /**
@@ -3319,7 +3319,7 @@ waiting_bytes_most: number, };
 
 export type Refusal = { 
 /**
- * Why.
+ * The reason, as a code.
  */
 error: RefusalReason, };
 
@@ -4320,7 +4320,7 @@ export type Session = {
  */
 id: number, 
 /**
- * Who.
+ * The person.
  */
 person: string, 
 /**

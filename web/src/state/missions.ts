@@ -51,7 +51,7 @@ export function replayOf({ vessels, from_us }: Pick<MissionRequest, "vessels" | 
 
 /** A file of the mission's vessels and time, in whole seconds around it. */
 export function missionFile(kind: Kind, { vessels, from_us }: Pick<MissionRequest, "vessels" | "from_us">, toUs: number): string {
-  return fileOf({ kind, message: "", vessel: vessels.join(","), from: picked(from_us), to: picked(toUs + 999_999), angles: "deg", every_s: "", gzip: false });
+  return fileOf({ kind, message: "", vessel: vessels.join(","), from: picked(from_us), to: picked(toUs + 999_999), angles: "deg", every_s: "", form: "csv", gzip: false });
 }
 
 /** The address of a vessel's track during a mission: for chart plotters, or NetCDF. */
