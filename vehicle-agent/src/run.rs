@@ -400,13 +400,13 @@ impl<H: Hull> Agent<H> {
                 tracing::warn!(?peer, packets, "sends more than can be handled; dropped");
             }
             for command in commands.withdrawn {
-                tracing::warn!(command, "came before an Abort and is not carried out");
+                tracing::warn!(command, "not carried out: an Abort came after it");
             }
             for command in commands.merged {
-                tracing::info!(command, "an Abort that came before it is carried out for both");
+                tracing::info!(command, "the Abort before it was still waiting: one is carried out for both");
             }
             if withdrawn > 0 {
-                tracing::warn!(commands = withdrawn, "came before an Abort and were not carried out");
+                tracing::warn!(commands = withdrawn, "not carried out: an Abort came after them");
             }
         }
         if elapsed >= self.next_lost && self.tell_lost() {

@@ -2,7 +2,8 @@
 //!
 //! Each event is one datagram of the journal's native protocol (systemd.io/JOURNAL_NATIVE_PROTOCOL). Its message is the line
 //! that the log has as text, so that `journalctl -u` shows as much; each value is a field `LUTRA_NAME` besides. The socket never waits: events
-//! that a journal does not take are counted, and the next one says how many.
+//! that a journal does not take are counted, and the next one says how many in its message. Values of spans, such as the number of
+//! a request, are there as `LUTRA_SPAN_NAME`.
 
 use crate::lines::harmless;
 use std::collections::BTreeMap;
@@ -12,13 +13,15 @@ use std::io;
 use std::os::fd::AsFd as _;
 use std::os::unix::fs::MetadataExt as _;
 use std::os::unix::net::UnixDatagram;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
 use tracing::field::{Field, Visit};
+use tracing::span::{Attributes, Id};
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::Layer;
 use tracing_subscriber::layer::Context;
+use tracing_subscriber::registry::LookupSpan;
 
 /// Where the journal listens.
 const SOCKET: &str = "/run/systemd/journal/socket";
@@ -64,6 +67,8 @@ impl VesselNames {
 #[derive(Debug)]
 pub struct Journal {
     socket: UnixDatagram,
+    /// Where each event goes: a journal that was started again has another socket there.
+    path: PathBuf,
     identifier: &'static str,
     names: VesselNames,
     lost: AtomicU64,
@@ -83,28 +88,36 @@ impl Journal {
     fn at(path: &Path, identifier: &'static str, names: VesselNames) -> io::Result<Self> {
         let socket = UnixDatagram::unbound()?;
         socket.set_nonblocking(true)?;
-        socket.connect(path)?;
-        Ok(Self { socket, identifier, names, lost: AtomicU64::new(0) })
+        // Whether it listens at all.
+        UnixDatagram::unbound()?.connect(path)?;
+        Ok(Self { socket, path: path.to_owned(), identifier, names, lost: AtomicU64::new(0) })
     }
 
-    /// The datagram of an event.
-    fn entry(&self, event: &Event<'_>) -> Vec<u8> {
+    /// The datagram of an event, after so many that were lost.
+    fn entry(&self, event: &Event<'_>, spans: &[SpanValues], lost: u64) -> Vec<u8> {
         let mut found = Found::default();
         event.record(&mut found);
         let metadata = event.metadata();
+        let mut line = found.line(metadata.target());
+        spans.iter().for_each(|span| line.push_str(&span.written));
+        if lost > 0 {
+            write!(line, " ({lost} earlier lines were lost: the journal did not take them)").ok();
+        }
         let mut out = Vec::with_capacity(512);
-        put(&mut out, "MESSAGE", &harmless(&found.line(metadata.target()), VALUE_BYTES));
+        put(&mut out, "MESSAGE", &harmless(&line, VALUE_BYTES));
         put(&mut out, "PRIORITY", priority(*metadata.level()));
         put(&mut out, "SYSLOG_IDENTIFIER", self.identifier);
         put(&mut out, "LUTRA_TARGET", metadata.target());
         for (name, value) in found.fields.iter().filter(|(name, _)| *name != VESSEL).take(MOST_FIELDS) {
             put(&mut out, &format!("LUTRA_{}", field_name(name)), &harmless(value, VALUE_BYTES));
         }
+        for (name, value) in spans.iter().flat_map(|span| &span.fields).take(MOST_FIELDS) {
+            put(&mut out, &format!("LUTRA_{}", field_name(name)), &harmless(value, VALUE_BYTES));
+        }
         let address = found.fields.iter().find(|(name, _)| *name == VESSEL).map(|(_, value)| value);
         for vessel in self.names.of(address) {
             put(&mut out, "LUTRA_VESSEL", &harmless(&vessel, VALUE_BYTES));
         }
-        let lost = self.lost.load(Ordering::Relaxed);
         if lost > 0 {
             put(&mut out, "LUTRA_EVENTS_LOST", &lost.to_string());
         }
@@ -112,13 +125,38 @@ impl Journal {
     }
 }
 
-impl<S: Subscriber> Layer<S> for Journal {
-    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
-        match self.socket.send(&self.entry(event)) {
-            Ok(_) => self.lost.store(0, Ordering::Relaxed),
-            Err(_) => drop(self.lost.fetch_add(1, Ordering::Relaxed)),
+impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for Journal {
+    fn on_new_span(&self, attributes: &Attributes<'_>, id: &Id, context: Context<'_, S>) {
+        let mut found = Found::default();
+        attributes.record(&mut found);
+        let name = attributes.metadata().name();
+        let fields =
+            found.fields.into_iter().map(|(field, value)| (format!("{name}_{field}"), value)).collect();
+        if let Some(span) = context.span(id) {
+            span.extensions_mut()
+                .insert(SpanValues { written: format!(" {name}:{}", found.written), fields });
         }
     }
+
+    fn on_event(&self, event: &Event<'_>, context: Context<'_, S>) {
+        let scope = context.event_scope(event).into_iter().flat_map(|scope| scope.from_root());
+        let spans: Vec<SpanValues> =
+            scope.filter_map(|span| span.extensions().get::<SpanValues>().cloned()).collect();
+        let lost = self.lost.load(Ordering::Relaxed);
+        match self.socket.send_to(&self.entry(event, &spans, lost), &self.path) {
+            Ok(_) => self.lost.fetch_sub(lost, Ordering::Relaxed),
+            Err(_) => self.lost.fetch_add(1, Ordering::Relaxed),
+        };
+    }
+}
+
+/// The values of a span, as each event within it has them.
+#[derive(Debug, Clone)]
+struct SpanValues {
+    /// As text logs write them.
+    written: String,
+    /// By the names of span and field.
+    fields: Vec<(String, String)>,
 }
 
 /// Whether standard error is what JOURNAL_STREAM names, as `device:inode`: a program that inherited the variable and writes

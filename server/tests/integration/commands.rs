@@ -56,8 +56,7 @@ async fn one_number_tells_what_became_of_a_command_ashore_and_aboard() {
         (started, "a command is issued", "goto", "plan initializing"),
         (stopped, "stop", "stop", "stopped by"),
     ] {
-        for words in
-            [issued, "sent on the link", "answered on the link", "stage=\"sent\"", "stage=\"received\""]
+        for words in [issued, "sent on the link", "the vessel has it", "stage=\"sent\"", "stage=\"received\""]
         {
             assert!(has(&ashore, number, words), "{words} of {number}:\n{ashore}");
         }

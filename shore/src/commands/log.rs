@@ -51,9 +51,13 @@ impl Commands {
     }
 }
 
+/// Most characters of a subject before the number, which must not be cut off: the audit log takes 500 in all.
+const SUBJECT: usize = 460;
+
 /// The subject of a line about a command: the number is its end.
 pub(super) fn of_command(subject: &str, id: CommandId) -> String {
-    format!("{} [command {id}]", subject.trim_end())
+    let shown: String = subject.trim_end().chars().take(SUBJECT).collect();
+    format!("{shown} [command {id}]")
 }
 
 fn line_of(event: CommandEvent) -> Line {

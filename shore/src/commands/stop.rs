@@ -91,6 +91,8 @@ impl Commands {
     /// Sends the stop over the hub's downlink as soon as the hub is free. The request and its progress are written into the
     /// audit log afterwards, so that a slow disk does not delay the stop.
     async fn carry_out_stop(&self, vessel: Address, by: &Issuer) -> Outcome {
+        // Whatever becomes of it, that it was asked for is known.
+        tracing::warn!(%vessel, person = by.who.name, "a stop is asked for");
         let (asked, people) = (by.ordered_by(), self.people.clone());
         let give = move |operations: &mut Operations, now: Now| {
             let stopped = operations.stop(now, vessel, &asked);
@@ -110,7 +112,17 @@ impl Commands {
             };
             Ok::<_, api::Said>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
         };
-        let given = self.router.ask_first(give).await?;
+        let given = self.router.ask_first(give).await.inspect_err(|stopped| {
+            let asked = by.ordered_by();
+            tracing::error!(%vessel, person = by.who.name, error = %stopped, "a stop was not given");
+            self.people.note(Line {
+                actor: asked.actor,
+                address: asked.from,
+                action: Order::Stop.verb(),
+                subject: vessel.to_string(),
+                outcome: format!("not given: {stopped}"),
+            });
+        })?;
         let (command, reached, waits) =
             given.as_ref().map_or((0, false, false), |ordered| (ordered.id, ordered.reached, ordered.waits));
         tracing::warn!(command, %vessel, person = by.who.name, reached, waits, "stop");

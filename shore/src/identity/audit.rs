@@ -157,16 +157,19 @@ const LOOKED_THROUGH: i64 = 10_000;
 
 /// Writes an end for every teleoperation without one, because the server was killed before it wrote it. Returns how many.
 pub(super) async fn close_open(db: &mut SqliteConnection, now: UtcTime) -> Result<usize, Fault> {
-    let sql = "SELECT actor, subject FROM audit AS begun
+    // The vessel stands before the number of the command, with a space after it.
+    let sql = "WITH begun AS (SELECT id, actor, action, outcome, CASE instr(subject, ' [command ') WHEN 0 THEN subject
+             ELSE substr(subject, 1, instr(subject, ' [command ')) END AS vessel FROM audit)
+         SELECT actor, vessel FROM begun
          WHERE id > (SELECT max(id) FROM audit) - ?1 AND action = 'teleop.begin' AND outcome IN ('asked', 'done')
          AND NOT EXISTS (SELECT 1 FROM audit AS later WHERE later.id > begun.id
              AND (later.action = 'teleop.end' OR later.action = 'teleop.begin' AND (later.outcome IN ('asked', 'done')
                  OR later.outcome LIKE 'refused%' OR later.outcome LIKE 'expired%'))
              AND later.actor = begun.actor
-             AND substr(later.subject, 1, length(begun.subject)) = begun.subject)";
+             AND substr(later.subject, 1, length(begun.vessel)) = begun.vessel)";
     let open: Vec<(String, String)> = sqlx::query_as(sql).bind(LOOKED_THROUGH).fetch_all(&mut *db).await?;
-    for (actor, subject) in &open {
-        let subject = format!("{} the server was killed or lost its power", subject.trim());
+    for (actor, vessel) in &open {
+        let subject = format!("{} the server was killed or lost its power", vessel.trim());
         let act = Act { actor, address: "", action: "teleop.end", subject: &subject, outcome: "done" };
         record(db, act, now).await?;
     }
@@ -207,6 +210,10 @@ mod tests {
             ("bert", "teleop.begin", "otter-3 ", "effect seen: executing teleoperation-mode"),
             ("cora", "teleop.begin", "otter-4 ", "asked"),
             ("cora", "teleop.begin", "otter-4 ", "refused: no plan"),
+            ("dag", "teleop.begin", "otter-1 [command 7]", "asked"),
+            ("dag", "teleop.end", "otter-1 the window was closed [command 8]", "done"),
+            ("dag", "teleop.begin", "otter-10 [command 9]", "refused: no plan"),
+            ("bert", "teleop.begin", "otter-3 [command 10]", "asked"),
         ] {
             let act = Act { actor, address: "", action, subject, outcome };
             record(&mut db, act, UtcTime::from_micros(1)).await.unwrap();

@@ -77,10 +77,21 @@ impl LinkOrders {
             }
             return None;
         };
-        if matches!(outcome, Outcome::Received | Outcome::Expired) || is_copy {
-            tracing::info!(command = command.0, vessel = %self.vessel, link = id, ?outcome, "answered on the link");
-        } else {
-            tracing::warn!(command = command.0, vessel = %self.vessel, link = id, ?outcome, "a command did not arrive");
+        let (vessel, command_id) = (self.vessel, command.0);
+        match outcome {
+            Outcome::Received => {
+                tracing::info!(command = command_id, %vessel, link = id, "the vessel has it")
+            }
+            // The order itself, or another copy of it, may have gone.
+            Outcome::Expired => {
+                tracing::info!(command = command_id, %vessel, link = id, "not sent, or too late")
+            }
+            Outcome::Refused(why) => {
+                tracing::warn!(command = command_id, %vessel, link = id, why, "the vessel refused it");
+            }
+            Outcome::Unanswered => {
+                tracing::warn!(command = command_id, %vessel, link = id, "sent, and the vessel did not answer");
+            }
         }
         (!is_copy).then_some(command)
     }
@@ -91,7 +102,7 @@ impl LinkOrders {
         if (self.first..self.next).contains(id) {
             tracing::debug!(command = order, %vessel, link = id, outcome, text, "answered again on the link");
         } else {
-            let earlier = "the vessel answers a command of before this server's start";
+            let earlier = "the vessel answers a command that was given before this server started";
             tracing::info!(command = order, %vessel, link = id, outcome, text, "{earlier}");
         }
     }

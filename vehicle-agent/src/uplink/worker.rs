@@ -344,7 +344,7 @@ impl Worker {
                 tell(self, VesselInput::Answer(id, answer));
             }
             VesselOutput::Came { id, order, way, again } => {
-                let way = self.settings.ways[way].called();
+                let way = &self.settings.ways[way].way.name;
                 tracing::info!(command = order, link = id, way, again, "uplink: a command came");
             }
             VesselOutput::Answered(Receipt { id, verdict, text, order }) => {
