@@ -380,14 +380,7 @@ impl Objective {
 impl Spot {
     /// At a point of a plane, with a factor of 1.
     pub(crate) fn of(plane: &Plane, at: Point) -> Self {
-        let place = plane.place(at);
-        // Some metres to the north, or near the pole to the south.
-        let sense = if place.lat_rad() < 1.57 { 1.0 } else { -1.0 };
-        let beside = LatLon::from_rad(place.lat_rad() + sense * 1e-6, place.lon_rad()).unwrap_or(place);
-        let beside = plane.point(beside);
-        let off_m = sense * at.distance_m(beside).max(1e-9);
-        let north = Point { x: (beside.x - at.x) / off_m, y: (beside.y - at.y) / off_m };
-        Self { place, north, factor: 1.0 }
+        Self { place: plane.place(at), north: plane.north(at), factor: 1.0 }
     }
 }
 

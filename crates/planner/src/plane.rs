@@ -114,6 +114,17 @@ impl Plane {
         1.0 + (at.x * at.x + at.y * at.y) / (self.diameter_m * self.diameter_m)
     }
 
+    /// The direction of true north at a point, of length 1.
+    pub(crate) fn north(&self, at: Point) -> Point {
+        let place = self.place(at);
+        // Some metres to the north, or near the pole to the south.
+        let sense = if place.lat_rad() < 1.57 { 1.0 } else { -1.0 };
+        let beside = LatLon::from_rad(place.lat_rad() + sense * 1e-6, place.lon_rad()).unwrap_or(place);
+        let beside = self.point(beside);
+        let off_m = sense * at.distance_m(beside).max(1e-9);
+        Point { x: (beside.x - at.x) / off_m, y: (beside.y - at.y) / off_m }
+    }
+
     /// The place of a point.
     pub fn place(&self, point: Point) -> LatLon {
         let (x, y) = (point.x / self.diameter_m, point.y / self.diameter_m);

@@ -75,9 +75,9 @@ impl TrafficArea {
     /// The direction of its ships in a plane, of length 1.
     pub(crate) fn ahead(&self, plane: &Plane) -> Option<Point> {
         let first = *self.zone.corners().first()?;
-        let spot = crate::objective::Spot::of(plane, plane.point(first));
+        let north = plane.north(plane.point(first));
         let (sin, cos) = self.towards_rad?.sin_cos();
-        let (north, east) = (spot.north, Point { x: spot.north.y, y: -spot.north.x });
+        let east = Point { x: north.y, y: -north.x };
         Some(Point { x: cos * north.x + sin * east.x, y: cos * north.y + sin * east.y })
     }
 }

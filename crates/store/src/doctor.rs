@@ -200,7 +200,8 @@ fn day(data: &Path, key: archive::DayKey) -> Option<Check> {
 
 /// The remedy for a damaged file of the history.
 const MAKE_AGAIN: &str = "restart the server: it keeps the file in history.aside and makes it again from the archive \
-                          while it records; or stop it and run `lutra-server reindex`, which does so at once";
+                          while it records; or, and always for a damaged chunk, stop it and run `lutra-server reindex`, which \
+                          does so at once";
 /// The remedy for one of a later version.
 const USE_LATER: &str = "run the later version, which reads what is missing; or stop the server and run `lutra-server \
                          reindex`: the history is made again from the archive, and the file kept in history.aside";

@@ -5,7 +5,7 @@
 //! as it is compressed, whole; the next start removes what is half made.
 
 use crate::error::{Named as _, Result, StoreError};
-use crate::history::{self, MonthKey, PART, chunk, look};
+use crate::history::{self, MonthKey, PART, chunk, look, pack};
 use crate::layout::{HISTORY, free_bytes, reserved_bytes};
 use crate::reader::{self, Memory};
 use crate::store::Store;
@@ -87,7 +87,7 @@ pub struct PackedMonth {
     key: MonthKey,
     path: PathBuf,
     part: PathBuf,
-    source: Option<chunk::Source>,
+    source: Option<pack::Source>,
     bytes: u64,
     packed_bytes: u64,
     rows: u64,
@@ -127,7 +127,7 @@ impl PackedMonth {
         history::remove_part(&folder)?;
         let mut new = Self {
             key: month.key,
-            source: Some(chunk::Source::open(&path)?),
+            source: Some(pack::Source::open(&path)?),
             path,
             part,
             bytes: month.bytes,
@@ -135,7 +135,7 @@ impl PackedMonth {
             rows: 0,
         };
         if let Some(source) = &new.source {
-            new.rows = chunk::make(source, &new.path, &new.part, goes_on)?;
+            new.rows = pack::make(source, &new.path, &new.part, goes_on)?;
         }
         new.packed_bytes = fs::metadata(&new.part).named(&new.part)?.len();
         Ok(new)

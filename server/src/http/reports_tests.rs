@@ -88,7 +88,9 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
         let set = written.iter().rev().filter(|one| one.action == "parameters.set");
         set.filter(|one| one.outcome.starts_with(outcome)).map(|one| one.subject.clone()).collect()
     };
-    let both = ["0x0814 Navigation: Origin Distance 10 -> 11", "0x0814 Navigation: Other ? -> z"];
+    let id = command["id"].as_u64().unwrap();
+    let both = ["Origin Distance 10 -> 11", "Other ? -> z"]
+        .map(|set| format!("0x0814 Navigation: {set} [command {id}]"));
     assert_eq!(of("asked"), both);
     assert_eq!(of("You do not have control").len(), 2, "{written:?}");
 }

@@ -33,7 +33,7 @@ async fn one_number_tells_what_became_of_a_command_ashore_and_aboard() {
     let (shore, aboard) = (TempDir::new().unwrap(), TempDir::new().unwrap());
     let data = shore.path().join("data");
     let mut server = Server::start(&data);
-    add_admin(&data, "nils", "a long enough password");
+    add_admin(&data, "nils", "seven small boats");
     let script = script_token(&data);
     let token = link_token(&data, "otter-1", "0x2810");
     let mut command = Command::new(&program);
@@ -46,7 +46,7 @@ async fn one_number_tells_what_became_of_a_command_ashore_and_aboard() {
     let order = json!({"kind": "goto", "lat_deg": 63.4420, "lon_deg": 10.3800, "speed_mps": 1.0});
     let started = say("commands", json!({"order": order}))["id"].as_u64().unwrap();
     until("begun", || has(&server.log(), started, "effect seen").then_some(())).await;
-    let stopped = post(server.web, "/vessels/10256/stop", &script, &json!({}))["id"].as_u64().unwrap();
+    let stopped = post(server.web, "/vessels/10256/abort", &script, &json!({}))["id"].as_u64().unwrap();
     until("stopped", || has(&server.log(), stopped, "effect seen").then_some(())).await;
     agent.process.terminate();
     server.process.terminate();
@@ -54,7 +54,7 @@ async fn one_number_tells_what_became_of_a_command_ashore_and_aboard() {
     let (ashore, by_agent, audit) = (server.log(), agent.errors(), audited(&data));
     for (number, issued, verb, led_to) in [
         (started, "a command is issued", "goto", "plan initializing"),
-        (stopped, "stop", "stop", "stopped by"),
+        (stopped, "stop", "vessel.abort", "stopped by"),
     ] {
         for words in [issued, "sent on the link", "the vessel has it", "stage=\"sent\"", "stage=\"received\""]
         {

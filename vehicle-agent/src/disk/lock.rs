@@ -1,6 +1,6 @@
 //! One agent for one data folder: a locked file with the owner's process.
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, Write as _};
 use std::path::Path;
@@ -62,26 +62,29 @@ impl DataLock {
     }
 }
 
-/// A mistyped folder, such as /etc, must not fill with plans and logs. Files may lie in it, as its configuration does.
+/// A mistyped folder must not fill with plans and logs: one of the system's that holds others and nothing of an agent's.
 fn refuse_foreign(folder: &Path) -> anyhow::Result<()> {
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
-    let (mut foreign, mut is_own) = (None, false);
-    for entry in entries.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        is_own |= OWN.contains(&name.as_str());
-        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-        if is_folder && !name.starts_with('.') && name != "lost+found" {
-            foreign = Some(name);
-        }
+    if !is_systems(&folder.canonicalize()?) {
+        return Ok(());
     }
-    match foreign {
-        Some(foreign) if !is_own => anyhow::bail!(
-            "{} is not a folder of an agent: it holds the folder {foreign}, and nothing that an agent wrote. Nothing was \
-             changed; name an empty or a new folder with --data",
-            folder.display()
-        ),
-        _ => Ok(()),
-    }
+    let names: Vec<String> =
+        entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let is_own = names.iter().any(|name| OWN.contains(&name.as_str()));
+    ensure!(
+        is_own || names.is_empty(),
+        "{} is a folder of the system, and nothing in it is an agent's. Nothing was changed; name a folder of the agent's own \
+         with --data, like /var/lib/lutra-agent",
+        folder.display()
+    );
+    Ok(())
+}
+
+/// Whether a folder is one that the system made for itself or for others to make theirs in (Filesystem Hierarchy Standard).
+fn is_systems(folder: &Path) -> bool {
+    const WITHIN: [&str; 8] = ["/bin", "/boot", "/etc", "/lib", "/proc", "/sbin", "/sys", "/usr"];
+    const ITSELF: [&str; 8] = ["/", "/home", "/media", "/mnt", "/root", "/var", "/var/lib", "/var/log"];
+    WITHIN.iter().any(|one| folder.starts_with(one)) || ITSELF.iter().any(|one| folder == Path::new(one))
 }
 
 impl Drop for DataLock {
@@ -107,16 +110,18 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_of_other_things_is_left_as_it_is() {
+    fn a_folder_of_the_system_is_left_as_it_is() {
+        let refused = refuse_foreign(Path::new("/etc")).unwrap_err().to_string();
+        assert!(
+            refused.contains("/etc is a folder of the system") && refused.contains("--data"),
+            "{refused}"
+        );
+        for own in ["/var/lib/lutra-agent", "/home/otter", "/data", "/tmp/x/dev"] {
+            assert!(!is_systems(Path::new(own)), "{own}");
+        }
+        // What else lies in a folder of one's own is nobody's concern.
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("otter.ini"), "").unwrap();
-        drop(DataLock::take(folder.path()).unwrap());
-        fs::remove_file(folder.path().join(NAME)).unwrap();
-        fs::create_dir(folder.path().join("systemd")).unwrap();
-        let refused = DataLock::take(folder.path()).unwrap_err().to_string();
-        assert!(refused.contains("it holds the folder systemd") && refused.contains("--data"), "{refused}");
-        assert!(!folder.path().join(NAME).exists(), "nothing was made");
-        fs::create_dir(folder.path().join("plans")).unwrap();
+        fs::create_dir(folder.path().join("dev")).unwrap();
         DataLock::take(folder.path()).unwrap();
     }
 }

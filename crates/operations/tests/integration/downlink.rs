@@ -83,7 +83,8 @@ impl World {
 
     fn ids(&mut self, peer: PeerId) -> Vec<CommandId> {
         let all = self.drain().remove(&peer).unwrap_or_default();
-        all.into_iter().filter_map(|packet| packet.tag?.id).collect()
+        let orders = all.into_iter().filter_map(|packet| packet.tag).filter(|tag| !tag.is_copy);
+        orders.filter_map(|tag| tag.id).collect()
     }
 
     fn stage(&self, id: CommandId) -> (Stage, String) {
@@ -503,8 +504,8 @@ fn a_link_that_is_down_gives_no_start_that_was_ordered_before_a_stop() {
     let out = world.drain();
     let told = out[&link][0].tag.unwrap();
     assert_eq!(
-        (told.urgency, told.id),
-        (Urgency::Stop, None),
+        (told.urgency, told.id, told.is_copy),
+        (Urgency::Stop, Some(stop), true),
         "the link hears of it, and calls off what it holds"
     );
     assert_eq!(out[&udp][0].tag.unwrap().id, Some(stop));

@@ -2,7 +2,8 @@
 
 use super::options::CsvOptions;
 use super::plan::Message;
-use crate::history::rows::{Row, SENT};
+use crate::history::columns::SENT;
+use crate::history::rows::Row;
 use rusqlite::types::ValueRef;
 use tables::{Computed, Field};
 use units::{Civil, UtcTime};

@@ -21,13 +21,16 @@ use std::io::Write;
 use std::path::Path;
 use tables::{Computed, Dialect, Field};
 
+/// Most columns: the footer keeps what it says of each column of each group in memory until the end.
+const MOST_COLUMNS: usize = 128;
+
 /// Writes a table as a Parquet file: the same columns and values as a wide [CSV](crate::export_csv) has, with their types. Times are
 /// timestamps, bytes are bytes, and what a field's name stands for is in the footer (`lutra`, as JSON). A file that was cut has
 /// no footer and is refused by its readers.
 ///
 /// # Errors
-/// The options are those of text alone (a row for each value, a spreadsheet's dialect, `_raw`), the selection names what does not
-/// exist, the history cannot be read or `out` not be written.
+/// The options are those of text alone (a row for each value, a spreadsheet's dialect, `_raw`), there would be more than 128
+/// columns, the selection names what does not exist, the history cannot be read or `out` not be written.
 pub fn export_parquet(
     data: &Path,
     selection: &Selection,
@@ -38,7 +41,16 @@ pub fn export_parquet(
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
     let selection = &selection.known(&mut reader)?;
     let plan = Plan::new(&mut reader, selection, *options)?;
-    let mut cells = Cells::new(&plan, selection, *options, out).map_err(unwritable)?;
+    let columns = columns(&plan, *options);
+    if columns.len() > MOST_COLUMNS {
+        let problem = format!(
+            "message: this table has {} columns, and Parquet takes {MOST_COLUMNS} here: name fewer messages or fields, or ask \
+             for CSV",
+            columns.len()
+        );
+        return Err(StoreError::Query(problem));
+    }
+    let mut cells = Cells::new(&plan, &columns, selection, *options, out).map_err(unwritable)?;
     // The client gets the first bytes before the first query to the database.
     cells.table.drain(&mut cells.writer.buffer).map_err(unwritable)?;
     cells.writer.flush()?;
@@ -121,13 +133,14 @@ struct Cells<'p, 'o> {
 impl<'p, 'o> Cells<'p, 'o> {
     fn new(
         plan: &'p Plan,
+        columns: &[Column],
         selection: &Selection,
         options: CsvOptions,
         out: &'o mut dyn Write,
     ) -> std::io::Result<Self> {
         let about = [("lutra", describe::describe_fields(plan, selection).to_string())];
         let software = concat!("Lutra ", env!("CARGO_PKG_VERSION"));
-        let table = Table::new(&columns(plan, options), &about, software)?;
+        let table = Table::new(columns, &about, software)?;
         Ok(Self { plan, options, table, writer: Writer::new(out) })
     }
 }

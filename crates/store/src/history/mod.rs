@@ -5,10 +5,13 @@
 
 mod catalogue;
 pub(crate) mod chunk;
+pub(crate) mod columns;
 mod group;
 pub(crate) mod look;
 mod month;
 mod month_key;
+mod order;
+pub(crate) mod pack;
 pub(crate) mod rollup;
 mod row;
 pub(crate) mod rows;
@@ -20,7 +23,7 @@ pub(crate) use imc::names::Names;
 pub use month::Extent;
 pub(crate) use month::{PACKED_VERSION, VERSION};
 pub use month_key::MonthKey;
-pub use rows::Order;
+pub use order::Order;
 pub(crate) use schema::ESTIMATED_STATE;
 pub use schema::Table;
 pub use tables::{Column, ColumnKind};

@@ -2,10 +2,12 @@
 
 use super::MonthKey;
 use super::chunk::{self, Late};
+use super::columns::columns_of;
 use super::group::GroupKey;
+use super::order::Order;
 use super::rollup;
 use super::row::{self, RowError, Sample};
-use super::rows::{Order, Question, columns_of};
+use super::rows::Question;
 use super::schema::{MONTH, SHORT, Schema, Table};
 use crate::error::{Named as _, Result, StoreError};
 use crate::range::TimeRange;
@@ -162,7 +164,8 @@ impl Month {
         let sample = &entry.sample;
         let (src, src_ent) = (entry.group.src, entry.group.src_ent);
         if let Some(table) = known.filter(|_| possible) {
-            let found = arrival_in_table(&self.connection, table, entry).named(&path)?;
+            let in_chunks = self.late.is_some();
+            let found = arrival_in_table(&self.connection, table, entry, in_chunks).named(&path)?;
             if found.is_some() {
                 return Ok(found);
             }
@@ -341,13 +344,24 @@ fn add_to_group(groups: &mut BTreeMap<GroupKey, Group>, key: GroupKey, added: Ex
     }
 }
 
-/// When the message of a table first arrived, if it is there.
+/// When the message of a table first arrived, if it is there; `in_chunks` where the month is packed, so that it may have no such
+/// table.
 fn arrival_in_table(
     connection: &Connection,
     table: &Table,
     entry: &Entry<'_>,
+    in_chunks: bool,
 ) -> rusqlite::Result<Option<i64>> {
     let Sample { time_us, hash, .. } = entry.sample;
+    if !in_chunks {
+        // By its whole key: many messages have one time where a sender has no clock.
+        let sql = format!(
+            "SELECT received_us FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4",
+            table.desc.abbrev
+        );
+        let key = (entry.group.src, entry.group.src_ent, time_us, hash);
+        return connection.prepare_cached(&sql)?.query_row(key, |row| row.get(0)).optional();
+    }
     let columns = ["hash", "received_us"];
     let Some(mut question) = Question::new(connection, table, entry.group, &columns, Order::Oldest)? else {
         return Ok(None);

@@ -8,7 +8,8 @@
 
 use super::chunk;
 use super::group::GroupKey;
-use super::rows::{Order, Question};
+use super::order::Order;
+use super::rows::Question;
 use super::schema::Table;
 use crate::range::TimeRange;
 use rusqlite::Connection;

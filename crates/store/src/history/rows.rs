@@ -4,25 +4,14 @@
 //! the key, by time and, within a microsecond, by the payload's fingerprint, whether they are in a table or in [chunks](chunk).
 
 use super::chunk::{self, Chunks, Open};
+use super::columns::{SENT, columns_of};
 use super::group::GroupKey;
+use super::order::Order;
 use super::schema::Table;
 use crate::range::TimeRange;
 use rusqlite::fallible_streaming_iterator::FallibleStreamingIterator;
 use rusqlite::types::{FromSql, ValueRef};
 use rusqlite::{CachedStatement, Connection, OptionalExtension as _};
-
-/// From which end messages are told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
-    /// The oldest first.
-    Oldest,
-    /// The newest first: all the same the other way round.
-    Newest,
-}
-
-/// Stands among the names of columns for the number of fields that a message had: NULL for all of them. Where the month is of an
-/// earlier version, which does not know, it is 0.
-pub(crate) const SENT: &str = "(sent)";
 
 /// A question for the rows of a group in a month. Beside a writer it is asked within a transaction.
 pub(crate) struct Question<'c> {
@@ -209,12 +198,6 @@ impl<'r> Row<'r> {
 fn has_group(connection: &Connection, group: GroupKey) -> rusqlite::Result<bool> {
     let mut find = connection.prepare_cached("SELECT 1 FROM _group WHERE id=?1 AND src=?2 AND src_ent=?3")?;
     find.query_row((group.id, group.src, group.src_ent), |_| Ok(())).optional().map(|found| found.is_some())
-}
-
-/// The columns that a table has, those it computes included; none when there is no such table.
-pub(crate) fn columns_of(connection: &Connection, table: &str) -> rusqlite::Result<Vec<String>> {
-    let mut statement = connection.prepare_cached("SELECT name FROM pragma_table_xinfo(?1)")?;
-    statement.query_map([table], |row| row.get(0))?.collect()
 }
 
 /// [`SENT`] as SQL, for a SELECT from a table called `message`.

@@ -7,8 +7,9 @@
 
 use super::{Reader, Source};
 use crate::error::{Result, StoreError};
+use crate::history::Order;
 use crate::history::rollup::{self, Cell, LEVELS_S, WINDOW_US, merge_into, number, window};
-use crate::history::rows::{Order, Question};
+use crate::history::rows::Question;
 use crate::history::{Column, Extent, GroupKey, MonthKey};
 use crate::range::TimeRange;
 use rusqlite::{Connection, OptionalExtension as _};

@@ -3,8 +3,10 @@
 use super::page::Pager;
 use super::{Page, Paged, Reader, Source};
 use crate::error::{Result, StoreError};
+use crate::history::Order;
+use crate::history::columns::SENT;
 use crate::history::rollup::number;
-use crate::history::rows::{self, Order, Question, SENT};
+use crate::history::rows::{self, Question};
 use crate::history::{ColumnKind, GroupKey, MonthKey};
 use crate::range::TimeRange;
 use rusqlite::types::ValueRef;

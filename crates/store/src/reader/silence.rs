@@ -7,7 +7,8 @@
 
 use super::{Reader, Source};
 use crate::error::Result;
-use crate::history::rows::{Order, Question};
+use crate::history::Order;
+use crate::history::rows::Question;
 use crate::history::{Extent, GroupKey, MonthKey};
 use crate::range::TimeRange;
 use imc::Address;

@@ -42,7 +42,7 @@ fn cell(out: &mut Vec<u8>, name: &str, value: &Field) {
         Field::Double(value) => tables::double(out, *value, Dialect::Plain),
         Field::Str(text) => tables::quoted(out, text, format),
         Field::Bytes(bytes) => tables::hex(out, bytes.data()),
-        Field::TimestampMicros(us) if name == "heard" => IsoTime::new().write_ms(out, *us),
+        Field::TimestampMicros(us) if name.ends_with("heard") => IsoTime::new().write_ms(out, *us),
         other => panic!("{name}: {other:?}"),
     }
 }
@@ -173,5 +173,7 @@ fn what_is_text_alone_is_refused_with_what_to_do() {
     assert!(refused(&["Temperature"], long).contains("ask for a wide table"));
     let comma = CsvOptions { dialect: Dialect::SpreadsheetComma, ..CsvOptions::default() };
     assert!(refused(&["Temperature"], comma).contains("leave it out"));
+    let all: Vec<&str> = MESSAGES.iter().map(|desc| desc.abbrev).collect();
+    assert!(refused(&all, CsvOptions::default()).contains("name fewer messages"));
     assert!(refused(&["_raw"], CsvOptions::default()).contains("as CSV"));
 }

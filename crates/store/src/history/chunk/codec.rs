@@ -17,7 +17,7 @@ use rusqlite::types::ValueRef;
 /// Most rows of a chunk.
 pub(crate) const ROWS: usize = 1_024;
 /// A chunk is full when its texts and blobs have so many bytes.
-pub(super) const FULL_BYTES: usize = 1 << 20;
+pub(crate) const FULL_BYTES: usize = 1 << 20;
 /// Most columns of a table: SQLite allows no more.
 const MOST_COLUMNS: usize = 2_000;
 /// Most bytes of a column. A packet has 64 KiB at most, also when its nested messages are written as text some MiB.
@@ -40,9 +40,9 @@ const SINGLE: u8 = 100;
 pub(crate) struct Damaged(&'static str);
 
 impl Damaged {
-    pub(super) const GONE: Self = Self("it is gone");
-    pub(super) const KEYS: Self = Self("its times are not times");
-    pub(super) const ROWS: Self = Self("its rows are not those that it says it has");
+    pub(crate) const GONE: Self = Self("it is gone");
+    pub(crate) const KEYS: Self = Self("its times are not times");
+    pub(crate) const ROWS: Self = Self("its rows are not those that it says it has");
 }
 
 /// A column on its way into a chunk, or out of it.
@@ -60,7 +60,7 @@ pub(crate) struct Column {
 
 impl Column {
     /// Adds a value.
-    pub(super) fn push(&mut self, value: ValueRef<'_>) {
+    pub(crate) fn push(&mut self, value: ValueRef<'_>) {
         let (kind, place) = match value {
             ValueRef::Null => (NULL, 0),
             ValueRef::Integer(value) => {
@@ -105,7 +105,7 @@ impl Column {
     }
 
     /// Bytes of texts and blobs.
-    pub(super) fn long_bytes(&self) -> usize {
+    pub(crate) fn long_bytes(&self) -> usize {
         self.bytes.len()
     }
 
@@ -182,7 +182,7 @@ impl Column {
 }
 
 /// Columns of equally many rows as a chunk.
-pub(super) fn encode(columns: &[Column]) -> Result<Vec<u8>, Damaged> {
+pub(crate) fn encode(columns: &[Column]) -> Result<Vec<u8>, Damaged> {
     let rows = columns.first().map_or(0, |column| column.kinds.len());
     if columns.iter().any(|column| column.kinds.len() != rows || column.bytes.len() > MOST_BYTES / 2) {
         return Err(Damaged("a value is too long for a chunk"));
@@ -203,14 +203,14 @@ pub(super) fn encode(columns: &[Column]) -> Result<Vec<u8>, Damaged> {
 
 /// A chunk whose sum was checked.
 #[derive(Debug)]
-pub(super) struct Body<'b> {
+pub(crate) struct Body<'b> {
     rows: usize,
     columns: Vec<&'b [u8]>,
 }
 
 impl<'b> Body<'b> {
     /// Checks the sum, and finds the columns.
-    pub(super) fn open(bytes: &'b [u8]) -> Result<Self, Damaged> {
+    pub(crate) fn open(bytes: &'b [u8]) -> Result<Self, Damaged> {
         let (said, sum) = bytes.split_last_chunk().ok_or(Damaged("it is too short"))?;
         let mut own = Crc::new();
         own.update(said);
@@ -231,12 +231,12 @@ impl<'b> Body<'b> {
         Ok(Self { rows, columns })
     }
 
-    pub(super) fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
     /// Unpacks a column.
-    pub(super) fn column(&self, at: usize) -> Result<Column, Damaged> {
+    pub(crate) fn column(&self, at: usize) -> Result<Column, Damaged> {
         let body = self.columns.get(at).ok_or(Damaged("it has too few columns"))?;
         Column::decode(body, self.rows)
     }

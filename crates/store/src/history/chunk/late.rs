@@ -2,8 +2,8 @@
 
 use super::read::Open;
 use super::{BEFORE, Declared, HEAD, Head, Key, SENT_AT, layout};
+use crate::history::columns::columns_of;
 use crate::history::group::GroupKey;
-use crate::history::rows::columns_of;
 use crate::history::schema::{KEY_COLUMNS, Table};
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OptionalExtension as _};

@@ -5,14 +5,12 @@
 //! within one: a row that comes for the time of a chunk makes ordinary rows of all of it ([`late`]). The next packing makes
 //! chunks again.
 
-mod codec;
+pub(super) mod codec;
 mod late;
-mod pack;
 mod read;
-mod rolled;
+pub(super) mod rolled;
 
 pub(crate) use late::Late;
-pub(crate) use pack::{Source, make};
 pub(super) use read::{Chunks, Open};
 pub(super) use rolled::add as add_rolled;
 
@@ -22,7 +20,7 @@ use rusqlite::{Connection, OptionalExtension as _, Row};
 use units::UtcTime;
 
 /// The tables that a packed month has beside those of all months.
-const TABLES: &str = "
+pub(super) const TABLES: &str = "
 CREATE TABLE IF NOT EXISTS _layout (
   layout INTEGER PRIMARY KEY, id INTEGER NOT NULL, columns TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS _chunk (
@@ -33,7 +31,7 @@ CREATE UNIQUE INDEX IF NOT EXISTS _chunk_key ON _chunk (
   id, src, src_ent, first_us, first_hash, last_us, last_hash, count, layout);
 ";
 /// Columns of a chunk before those of the message: time, fingerprint, arrival, receiver, and how many fields were sent.
-const BEFORE: usize = 6;
+pub(super) const BEFORE: usize = 6;
 /// The place of the last of them.
 const SENT_AT: usize = BEFORE - 1;
 /// What [`Head::read`] reads.
@@ -41,7 +39,7 @@ const HEAD: &str = "chunk,first_us,first_hash,last_us,last_hash,count,layout";
 
 /// Whether a month has chunks, or had some.
 pub(crate) fn is_packed(connection: &Connection) -> rusqlite::Result<bool> {
-    Ok(!super::rows::columns_of(connection, "_chunk")?.is_empty())
+    Ok(!super::columns::columns_of(connection, "_chunk")?.is_empty())
 }
 
 /// How many rows are in the chunks of a packed month.
@@ -116,19 +114,23 @@ pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
 
 /// A column of a message's table, and its type in SQL.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Declared {
-    name: String,
-    kind: String,
+pub(super) struct Declared {
+    pub(super) name: String,
+    pub(super) kind: String,
 }
 
 /// The columns of a layout, which are those of a chunk after the first [`BEFORE`].
-fn layout(connection: &Connection, layout: i64) -> rusqlite::Result<Vec<Declared>> {
+pub(super) fn layout(connection: &Connection, layout: i64) -> rusqlite::Result<Vec<Declared>> {
     let mut find = connection.prepare_cached("SELECT columns FROM _layout WHERE layout=?1")?;
     let text: Option<String> = find.query_row([layout], |row| row.get(0)).optional()?;
-    Ok(text.iter().flat_map(|text| text.lines()).map(declared).collect())
+    let Some(text) = text else {
+        let missing = DamagedChunk(format!("layout {layout} is missing"));
+        return Err(rusqlite::Error::ToSqlConversionFailure(Box::new(missing)));
+    };
+    Ok(text.lines().map(declared).collect())
 }
 
-fn declared(line: &str) -> Declared {
+pub(super) fn declared(line: &str) -> Declared {
     let (name, kind) = line.split_once(' ').unwrap_or((line, ""));
     Declared { name: name.to_owned(), kind: kind.to_owned() }
 }

@@ -2,8 +2,9 @@
 
 use super::codec::{Body, Column, Damaged};
 use super::{BEFORE, HEAD, Head, Key, SENT_AT, layout};
+use crate::history::columns::SENT;
 use crate::history::group::GroupKey;
-use crate::history::rows::{Order, SENT};
+use crate::history::order::Order;
 use crate::range::TimeRange;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OptionalExtension as _};

@@ -9,7 +9,7 @@ use rusqlite::{Connection, OptionalExtension as _};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-pub(super) const TABLE: &str = "
+pub(crate) const TABLE: &str = "
 CREATE TABLE IF NOT EXISTS _rolled (
   rolled INTEGER PRIMARY KEY, series INTEGER NOT NULL, level_s INTEGER NOT NULL, cell INTEGER NOT NULL,
   last_series INTEGER NOT NULL, last_level_s INTEGER NOT NULL, last_cell INTEGER NOT NULL, body BLOB NOT NULL);
@@ -70,7 +70,7 @@ fn bodies(connection: &Connection, from: Key, to: Key) -> rusqlite::Result<Vec<V
 }
 
 /// Reads all chunks.
-pub(super) fn check(connection: &Connection) -> rusqlite::Result<()> {
+pub(crate) fn check(connection: &Connection) -> rusqlite::Result<()> {
     let mut statement = connection.prepare("SELECT body FROM _rolled")?;
     let mut rows = statement.query(())?;
     while let Some(row) = rows.next()? {
@@ -135,7 +135,7 @@ impl Open {
 }
 
 /// Calls `each` with the cells of all series, some of one level at a time.
-pub(super) fn each(
+pub(crate) fn each(
     connection: &Connection,
     each: &mut dyn FnMut(i64, i64, BTreeMap<i64, Cell>) -> rusqlite::Result<()>,
 ) -> rusqlite::Result<()> {
@@ -162,17 +162,17 @@ pub(super) fn each(
 }
 
 /// Cells on their way into chunks.
-pub(super) struct Growing {
+pub(crate) struct Growing {
     columns: Vec<Column>,
     keys: Vec<Key>,
 }
 
 impl Growing {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { columns: vec![Column::default(); COLUMNS], keys: Vec::new() }
     }
 
-    pub(super) fn add(&mut self, target: &Connection, key: Key, cell: &Cell) -> rusqlite::Result<()> {
+    pub(crate) fn add(&mut self, target: &Connection, key: Key, cell: &Cell) -> rusqlite::Result<()> {
         let Cell { first_us, count, min, max, sum, first, last, direction } = *cell;
         let integers = [key.0, key.1, key.2, first_us, count.cast_signed()].map(ValueRef::Integer);
         let reals = [min, max, sum, first, last].map(ValueRef::Real);
@@ -185,7 +185,7 @@ impl Growing {
     }
 
     /// Writes what waits.
-    pub(super) fn write(&mut self, target: &Connection) -> rusqlite::Result<()> {
+    pub(crate) fn write(&mut self, target: &Connection) -> rusqlite::Result<()> {
         let (Some(first), Some(last)) = (self.keys.first(), self.keys.last()) else { return Ok(()) };
         let body = codec::encode(&self.columns)
             .map_err(|error| rusqlite::Error::ToSqlConversionFailure(Box::new(error)))?;

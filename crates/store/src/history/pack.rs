@@ -1,14 +1,16 @@
 //! Making a packed month of a month: a new file beside it, read back row by row.
 
-use super::codec::{self, Column, FULL_BYTES, ROWS};
-use super::{BEFORE, Declared, TABLES, declared, is_packed, layout, rolled};
+use super::chunk::codec::{self, Column, FULL_BYTES, ROWS};
+use super::chunk::{BEFORE, Declared, TABLES, declared, is_packed, layout, rolled};
+use super::columns::{SENT, columns_of};
+use super::group::GroupKey;
+use super::look;
+use super::month::{PACKED_VERSION, VERSION, keep_log};
+use super::order::Order;
+use super::rollup;
+use super::rows::{Question, Row};
+use super::schema::{KEY_COLUMNS, MONTH, SHORT, Schema};
 use crate::error::{Named as _, Result, StoreError};
-use crate::history::group::GroupKey;
-use crate::history::look;
-use crate::history::month::{PACKED_VERSION, VERSION, keep_log};
-use crate::history::rollup;
-use crate::history::rows::{Order, Question, Row, SENT, columns_of};
-use crate::history::schema::{KEY_COLUMNS, MONTH, SHORT, Schema};
 use crate::range::TimeRange;
 use crate::reader::{self, Memory};
 use rusqlite::types::{ToSqlOutput, ValueRef};
@@ -318,7 +320,11 @@ impl Work<'_> {
                         same_rows(&mut own, &mut new, names.len(), &mut self.rows, self.goes_on)
                             .named(part)?
                     }
-                    _ => false,
+                    // A group whose messages all lie in `_raw` has a table where another vessel's have one.
+                    (Some(mut one), None) | (None, Some(mut one)) => one
+                        .rows(TimeRange::ALL)
+                        .and_then(|mut rows| rows.next().map(|row| row.is_none()))
+                        .named(part)?,
                 };
                 if !same {
                     return Err(differs(path, &format!("other rows of {}", table.desc.abbrev)));
