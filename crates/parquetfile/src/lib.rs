@@ -199,7 +199,9 @@ mod tests {
         let mut table = Table::new(columns, &[("units", "{}".to_owned())], "test").unwrap();
         let mut out = Vec::new();
         for row in rows {
-            row.iter().for_each(|value| table.push(*value).unwrap());
+            for value in row {
+                table.push(*value).unwrap();
+            }
             table.drain(&mut out).unwrap();
         }
         table.end(&mut out).unwrap();
@@ -235,8 +237,8 @@ mod tests {
         assert_eq!(rows[0].get_string(1).unwrap(), "{}");
         assert_eq!(rows[0].get_bytes(2).unwrap().data(), [0, 255]);
         assert_eq!(rows[0].get_long(3).unwrap(), i64::MIN);
-        assert_eq!(rows[0].get_float(4).unwrap(), 0.1);
-        assert_eq!(rows[0].get_double(5).unwrap(), f64::NEG_INFINITY);
+        assert_eq!(rows[0].get_float(4).unwrap().to_bits(), 0.1_f32.to_bits());
+        assert_eq!(rows[0].get_double(5).unwrap().to_bits(), f64::NEG_INFINITY.to_bits());
         assert_eq!(rows[0].get_timestamp_micros(6).unwrap(), 1_795_248_000_000_001);
         assert!(rows[1].get_column_iter().all(|(_, value)| matches!(value, parquet::record::Field::Null)));
     }

@@ -21,7 +21,7 @@ use tracing::span::{Attributes, Id};
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::Layer;
 use tracing_subscriber::layer::Context;
-use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::registry::{LookupSpan, Scope};
 
 /// Where the journal listens.
 const SOCKET: &str = "/run/systemd/journal/socket";
@@ -99,7 +99,9 @@ impl Journal {
         event.record(&mut found);
         let metadata = event.metadata();
         let mut line = found.line(metadata.target());
-        spans.iter().for_each(|span| line.push_str(&span.written));
+        for span in spans {
+            line.push_str(&span.written);
+        }
         if lost > 0 {
             write!(line, " ({lost} earlier lines were lost: the journal did not take them)").ok();
         }
@@ -139,7 +141,7 @@ impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for Journal {
     }
 
     fn on_event(&self, event: &Event<'_>, context: Context<'_, S>) {
-        let scope = context.event_scope(event).into_iter().flat_map(|scope| scope.from_root());
+        let scope = context.event_scope(event).into_iter().flat_map(Scope::from_root);
         let spans: Vec<SpanValues> =
             scope.filter_map(|span| span.extensions().get::<SpanValues>().cloned()).collect();
         let lost = self.lost.load(Ordering::Relaxed);
@@ -258,7 +260,7 @@ mod tests {
         }
 
         fn next(&self) -> Option<Vec<String>> {
-            let mut bytes = [0; 65_536];
+            let mut bytes = vec![0; 65_536];
             let length = self.socket.recv(&mut bytes).ok()?;
             Some(String::from_utf8_lossy(&bytes[..length]).lines().map(str::to_owned).collect())
         }

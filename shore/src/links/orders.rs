@@ -80,11 +80,11 @@ impl LinkOrders {
         let (vessel, command_id) = (self.vessel, command.0);
         match outcome {
             Outcome::Received => {
-                tracing::info!(command = command_id, %vessel, link = id, "the vessel has it")
+                tracing::info!(command = command_id, %vessel, link = id, "the vessel has it");
             }
             // The order itself, or another copy of it, may have gone.
             Outcome::Expired => {
-                tracing::info!(command = command_id, %vessel, link = id, "not sent, or too late")
+                tracing::info!(command = command_id, %vessel, link = id, "not sent, or too late");
             }
             Outcome::Refused(why) => {
                 tracing::warn!(command = command_id, %vessel, link = id, why, "the vessel refused it");

@@ -233,12 +233,12 @@ fn a_vessel_of_before_gets_the_command_that_it_knows() {
         shore.handle(at(0), ShoreInput::Message(id, frame::message(&Frame::Hello(hello))));
         shore.handle(at(0), ShoreInput::Resume(id, None));
         shore.handle(at(0), command(5, 1000));
-        let messages = given(&mut shore).into_iter().filter_map(|output| match output {
+        let mut messages = given(&mut shore).into_iter().filter_map(|output| match output {
             ShoreOutput::Send(_, bytes) => Some(bytes),
             _ => None,
         });
         let kinds = [7, 17];
-        let command = messages.filter(|bytes| kinds.contains(&bytes[0])).next_back().unwrap();
+        let command = messages.rfind(|bytes| kinds.contains(&bytes[0])).unwrap();
         let Some(Ok(Frame::Command(told))) = frame::decode(command.clone()).unwrap().next() else { panic!() };
         assert_eq!(&told.packet[..], b"packet");
         (command[0], told.order)

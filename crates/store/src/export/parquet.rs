@@ -311,7 +311,9 @@ mod tests {
             Cell::Skip(3_000),
         ];
         let mut bytes = Vec::new();
-        cells.iter().for_each(|cell| cell.put(&mut bytes));
+        for cell in cells {
+            cell.put(&mut bytes);
+        }
         let mut rest = bytes.as_slice();
         let back: Vec<Cell<'_>> = std::iter::from_fn(|| Cell::take(&mut rest)).collect();
         assert_eq!(back, cells);
