@@ -107,6 +107,8 @@ async fn sail(program: &Path, networks: &Networks, bound: [String; 2]) {
     for name in NAMES {
         until("up by both ways", || networks.is_up(name).then_some(())).await;
     }
+    // A log can be read once its first packets are there.
+    until("recorded", || (archived_bytes(&data) > 5_000).then_some(())).await;
     for cut in 0..so_many(2, 20) {
         let place = cut % 2;
         let before = networks.sent(1 - place);
