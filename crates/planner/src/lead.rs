@@ -74,7 +74,7 @@ pub(crate) struct Lead {
 }
 
 /// Squares along which a way from one end to the other may lead, within a region, between the lines that close it to
-/// a vessel that needs so much depth (m); `None` if there are none, or too many to look at.
+/// a vessel that needs this depth (m). `None` if no squares lead there, or too many would have to be looked at.
 pub(crate) fn lead(
     walls: &Walls,
     region: Region,

@@ -40,7 +40,7 @@ const COARSEST: f64 = 0.25;
 const BESIDE: f64 = 2.0;
 const TILE: f64 = 6.0;
 const LEAST_TILE_M: f64 = 400.0;
-/// Along a lead, water is prepared only where that is no more than this share of the region.
+/// Water is prepared along a lead only if that is at most this share of the region.
 const LITTLE: f64 = 0.3;
 /// Water is prepared so far around the ends at least (m).
 const AROUND_M: f64 = 300.0;

@@ -1,11 +1,10 @@
 //! `lutra-server archive`: compress days to which nothing is added.
 
-use super::Common;
 use super::data::{Progress, folder};
 use super::say::{complain, say};
+use super::{Common, compress};
 use anyhow::{bail, ensure};
 use clap::{Args, Subcommand};
-use shore::clock;
 use std::path::Path;
 use store::{Packable, Packing, Store, plan_packing};
 
@@ -38,14 +37,8 @@ pub(super) fn archive(common: &Common, command: &ArchiveCommand) -> anyhow::Resu
     let ArchiveCommand::Compress(arguments) = command;
     let data = folder(common)?;
     let configured = common.load(Vec::new())?.archive.compress_after_days;
-    if arguments.after_days.is_none() && configured == 0 {
-        bail!("archive.compress_after_days is 0, so no day is compressed: give --after-days DAYS");
-    }
-    let after_days = arguments.after_days.unwrap_or(configured);
-    let now = clock::now();
-    if let Err(why) = clock::check(now) {
-        bail!("no day is compressed: {why}");
-    }
+    let (after_days, now) =
+        compress::when(arguments.after_days, ("archive.compress_after_days", configured), "day")?;
     if arguments.dry_run {
         let days = plan_packing(&data, after_days, now)?;
         for day in &days {

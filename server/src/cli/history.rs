@@ -1,11 +1,10 @@
 //! `lutra-server history`: compress months that are over.
 
-use super::Common;
 use super::data::{Progress, folder};
 use super::say::{complain, say};
-use anyhow::{Context as _, bail, ensure};
+use super::{Common, compress};
+use anyhow::{Context as _, ensure};
 use clap::{Args, Subcommand};
-use shore::clock;
 use std::path::Path;
 use store::{CompressedMonth, PackableMonth, PackedMonth, Store, plan_months};
 
@@ -34,14 +33,8 @@ pub(super) fn history(common: &Common, command: &HistoryCommand) -> anyhow::Resu
     let HistoryCommand::Compress(arguments) = command;
     let data = folder(common)?;
     let configured = common.load(Vec::new())?.history.compress_after_days;
-    if arguments.after_days.is_none() && configured == 0 {
-        bail!("history.compress_after_days is 0, so no month is compressed: give --after-days DAYS");
-    }
-    let after_days = arguments.after_days.unwrap_or(configured);
-    let now = clock::now();
-    if let Err(why) = clock::check(now) {
-        bail!("no month is compressed: {why}");
-    }
+    let (after_days, now) =
+        compress::when(arguments.after_days, ("history.compress_after_days", configured), "month")?;
     if arguments.dry_run {
         let months = plan_months(&data, after_days, now)?;
         for month in &months {

@@ -2,6 +2,7 @@
 
 mod archive;
 mod chart;
+mod compress;
 mod data;
 mod demo;
 mod detections;

@@ -263,7 +263,7 @@ impl Called {
     /// deployment.
     ///
     /// # Errors
-    /// There is none, with what to do: a slip of the finger would make a vessel that does not exist.
+    /// No such vessel or station is known; the error says what to do. A mistyped address must not make a new vessel.
     pub fn carrier(&self, text: &str, study: &Study) -> std::result::Result<u16, Said> {
         let address = (self.address)(text.trim())?;
         let shown = format!("0x{address:04X}");

@@ -119,7 +119,7 @@ mod tests {
         for own in ["/var/lib/lutra-agent", "/home/otter", "/data", "/tmp/x/dev"] {
             assert!(!is_systems(Path::new(own)), "{own}");
         }
-        // What else lies in a folder of one's own is nobody's concern.
+        // A folder outside the system's may hold other things.
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("dev")).unwrap();
         DataLock::take(folder.path()).unwrap();

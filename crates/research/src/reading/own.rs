@@ -97,7 +97,7 @@ fn pose(row: &Row<'_>) -> Result<Option<Pose>, Wrong> {
     Ok(Some(Pose { place, age_s: row.real("position_age")?, sigma_m: row.real("position_deviation")? }))
 }
 
-/// Latitude and longitude by their columns; one without the other is none.
+/// Latitude and longitude by their columns; a latitude without a longitude is not a place, nor the reverse.
 pub(super) fn both(row: &Row<'_>, lat: &str, lon: &str) -> Result<Option<(f64, f64)>, Wrong> {
     let (lat_deg, lon_deg) = (row.real(lat)?, row.real(lon)?);
     if lat_deg.is_some() != lon_deg.is_some() {

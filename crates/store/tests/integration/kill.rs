@@ -264,6 +264,21 @@ fn compressing_child() {
     store.adopt(&mut packing).unwrap().unwrap();
 }
 
+/// Runs a child of these tests, by the test that it is and the variable that names its folder, and kills it at a step.
+fn kill_at((child, variable): (&str, &str), folder: &Path, step: &str) {
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", child, "--nocapture"])
+        .env(variable, folder)
+        .env(STOP_AT, step)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.contains("stands at")), "the child did not come to {step}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
 fn later() -> UtcTime {
     UtcTime::from_micros(START_US + 30 * 86_400_000_000)
 }
@@ -280,17 +295,7 @@ fn a_server_that_is_killed_while_it_compresses_a_day_has_all_of_it() {
     store.close().unwrap();
     // One folder goes through all steps: each run goes on with what the one before left.
     for step in PackStep::ALL {
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "kill::compressing_child", "--nocapture"])
-            .env(COMPRESSING, folder.path())
-            .env(STOP_AT, format!("{step:?}"))
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
-        assert!(lines.any(|line| line.contains("stands at")), "the child did not come to {step:?}");
-        child.kill().unwrap();
-        child.wait().unwrap();
+        kill_at(("kill::compressing_child", COMPRESSING), folder.path(), &format!("{step:?}"));
         let mut log = Vec::new();
         store::export_lsf(folder.path(), &store::Selection::default(), &mut log).unwrap();
         assert!(log == (0..=PACKETS).flat_map(sample).collect::<Vec<u8>>(), "{step:?}");
@@ -342,17 +347,7 @@ fn a_server_that_is_killed_while_it_compresses_a_month_has_all_of_it() {
         connection.query_row("PRAGMA user_version", (), |row| row.get::<_, i64>(0)).unwrap() == 2
     };
     for step in MonthStep::ALL {
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "kill::month_child", "--nocapture"])
-            .env(SEALING, folder.path())
-            .env(STOP_AT, format!("{step:?}"))
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
-        assert!(lines.any(|line| line.contains("stands at")), "the child did not come to {step:?}");
-        child.kill().unwrap();
-        child.wait().unwrap();
+        kill_at(("kill::month_child", SEALING), folder.path(), &format!("{step:?}"));
         let samples =
             || Reader::open(folder.path()).unwrap().samples(&source, &["value"], TimeRange::ALL, 9_999);
         assert_eq!(samples().unwrap().values[0].len() as u64, PACKETS, "{step:?}");

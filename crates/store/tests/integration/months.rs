@@ -112,7 +112,7 @@ fn said(from: i64, to: i64) -> Vec<Vec<u8>> {
         if second % 7 == 0 {
             let header =
                 Header { timestamp: utc(at_us).seconds(), src: OTTER, src_ent: 9, ..Header::default() };
-            // A message of an older release, a payload that is none, and an id that is unknown.
+            // A message of an older release, a payload that does not fit its id, and an unknown id.
             let tag = packet(
                 at_us,
                 9,

@@ -240,7 +240,7 @@ impl Terms<'_> {
         self.near(&places)?.planned(&places, (&request, &needs), format)
     }
 
-    /// Plans one route and says it, or why there is none.
+    /// Plans one route and prints it, or why no route exists.
     fn planned(
         &self,
         places: &[LatLon],

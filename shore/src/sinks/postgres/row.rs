@@ -1,7 +1,7 @@
 //! A packet as rows of PostgreSQL's binary COPY.
 //!
 //! Values are exact: integers in the type that holds all of them, singles as `real`, NaN and infinities as they are. A field that
-//! an older sender left out is NULL. Text that is no UTF-8 or holds NUL, which PostgreSQL refuses, is escaped as in CSV
+//! an older sender left out is NULL. Text that is not UTF-8 or holds NUL, which PostgreSQL refuses, is escaped as in CSV
 //! ([`imc::text::escape`]); nested messages and lists are JSON as in the history.
 
 use super::layout::{DETECTION, KEY, TableId, Type};
