@@ -78,7 +78,7 @@ export class Graticule extends Layer<Source> {
     const [edgeX, edgeY] = [wide - BESIDE_TOOLS_PX, high - ABOVE_WORDS_PX];
     const x = steep ? fromX + ((edgeY - fromY) / (toY - fromY)) * (toX - fromX) : edgeX;
     const y = steep ? edgeY : fromY + ((edgeX - fromX) / (toX - fromX)) * (toY - fromY);
-    if (!steep && !(y > 0 && y < edgeY - FIGURE_PX)) return;
+    if (!steep && !(y > FIGURE_PX / 2 && y < edgeY - FIGURE_PX)) return;
     const { ink, halo } = this.palette();
     Object.assign(pen, { font: `12px ${CANVAS_FONT}`, textAlign: steep ? "center" : "right", textBaseline: steep ? "bottom" : "middle", lineJoin: "round", lineWidth: 3, strokeStyle: halo, fillStyle: ink });
     // A figure that the edge cuts off says another place.
