@@ -104,7 +104,7 @@ test-long: setup web chromium
 	$(call say,Long forms of the tests)
 	LUTRA_LONG=1 LUTRA_PICTURES=1 LUTRA_FUZZ_ROUNDS=20 LUTRA_REQUIRED=browser,agent \
 	  cargo nextest run --workspace --locked --no-fail-fast \
-	  -E 'package(link) | test(ashore_and_aboard_agree) | test(/browser_tests::|hostile_tests::|_in_a_browser|^teleop::/) | test(work_goes_on_behind) | test(tables_taken_elsewhere) | test(a_chart_comes_aboard_although) | test(a_cut_and_another_address)'
+	  -E 'package(link) | test(ashore_and_aboard_agree) | test(/browser_tests::|hostile_tests::|_in_a_browser|^teleop::/) | test(work_goes_on_behind) | test(whenever_months_are_compressed) | test(tables_taken_elsewhere) | test(a_chart_comes_aboard_although) | test(a_cut_and_another_address)'
 	$(call say,75 squares in wind and current with each controller)
 	cargo test --release --locked --package vehicle-agent --bin lutra-agent -- --ignored --nocapture \
 	  seventy_five_weathers_fail_no_plan_with_either_controller

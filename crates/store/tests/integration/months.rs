@@ -188,6 +188,7 @@ impl Pair {
     }
 }
 
+// Takes some seconds: several chunks of each series, and every question asked of both histories after each of seven changes.
 #[test]
 fn a_compressed_month_answers_as_before_and_so_when_a_vessel_comes_home_late() {
     let mut pair = Pair::new();
@@ -377,7 +378,8 @@ fn retention_removes_a_compressed_month() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    // Each case asks both histories every question after each step: some tenths of a second.
+    #![proptest_config(ProptestConfig::with_cases(testkit::so_many(8, 200) as u32))]
     /// In whatever order packets come, and whenever months are compressed, the history is the same.
     #[test]
     fn whenever_months_are_compressed_the_history_is_the_same(
