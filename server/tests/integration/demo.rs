@@ -9,6 +9,7 @@ use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use testkit::{Need, absent};
@@ -37,6 +38,8 @@ struct Demo {
     child: Child,
     lines: Receiver<String>,
     said: Vec<String>,
+    /// What its server logged.
+    logged: Arc<Mutex<Vec<String>>>,
 }
 
 impl Demo {
@@ -48,11 +51,24 @@ impl Demo {
     fn whole(arguments: &[&str]) -> Self {
         let mut command = Command::new(PROGRAM);
         command.args(["demo", "--listen", "127.0.0.1:0"]).args(arguments);
-        let mut child = command.env_remove("LUTRA_DEMO_SECONDS").stdout(Stdio::piped()).spawn().unwrap();
+        let mut child = command
+            .env_remove("LUTRA_DEMO_SECONDS")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
         let (say, lines) = channel();
         let out = BufReader::new(child.stdout.take().unwrap());
         std::thread::spawn(move || out.lines().map_while(Result::ok).try_for_each(|line| say.send(line)));
-        Self { child, lines, said: Vec::new() }
+        let logged = Arc::<Mutex<Vec<String>>>::default();
+        let (log, kept) = (BufReader::new(child.stderr.take().unwrap()), Arc::clone(&logged));
+        std::thread::spawn(move || {
+            for line in log.lines().map_while(Result::ok) {
+                eprintln!("{line}");
+                kept.lock().unwrap().push(line);
+            }
+        });
+        Self { child, lines, said: Vec::new(), logged }
     }
 
     /// The next line with all these words.
@@ -369,6 +385,12 @@ fn a_cut_link_and_yesterday_are_watched_in_a_browser() {
     let positions = filled.split("later: ").nth(1).unwrap().split(' ').next().unwrap();
     // At least one each second of the thirty; the rate aboard is higher.
     assert!(positions.parse::<u32>().unwrap() >= 30, "{filled}");
+    // A cut by intention is no warning in the terminal of who tries the demo.
+    let logged = demo.logged.lock().unwrap();
+    assert!(
+        !logged.iter().any(|line| line.contains("shore::links") || line.contains("shore::alarms")),
+        "{logged:?}"
+    );
 }
 
 #[test]

@@ -53,9 +53,9 @@ use tokio_util::sync::CancellationToken;
 const USUAL: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 8080);
 /// Number of ports tried after a taken one.
 const NEXT_PORTS: u16 = 20;
-/// Log filter of the server: without the links that go down when the demo ends agents; an agent's unexpected end is
-/// reported by the demo.
-const LOG: &str = "warn,server::transports::link=error";
+/// Log filter of the server: without the links that the demo cuts and ends, and the alarms that follow, which the pages show. The
+/// demo says itself when it cuts a link and when an agent ends unexpectedly.
+const LOG: &str = "warn,shore::links=error,shore::alarms=error";
 /// How long a timed run waits for all Otters to sail.
 const LONGEST_START: Duration = Duration::from_mins(1);
 /// Name of the account.
