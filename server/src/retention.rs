@@ -122,7 +122,7 @@ fn too_much(share: Share, what: &str, which: &str) -> Option<String> {
     let date = format!("{:04}-{:02}-{:02}", before.year, before.month, before.day);
     share.is_much().then(|| {
         format!(
-            "{going} of {there} {what} would go, and no more than {most} go with nobody looking: see whether [retention] and the dates \
+            "{going} of {there} {what} would go, and no more than {most} go unconfirmed: see whether [retention] and the dates \
              in the data folder are right, then do it by hand, with the server stopped: lutra-server prune --{which}-before {date} \
              (it says what would go; --yes does it)"
         )

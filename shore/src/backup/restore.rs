@@ -144,7 +144,7 @@ fn look(data: &Path, manifest: &Manifest, is_new: bool) -> anyhow::Result<(bool,
     if let Some(foreign) = moved.iter().find(|name| !is_ours(name)) {
         bail!(
             "a restore into {} was broken off, and {} there is not of this backup: restore the backup of before once more, or empty \
-             the folder, with {RESTORING}, if nobody needs what is in it",
+             the folder, with {RESTORING}, if what is in it is not needed",
             data.display(),
             foreign.to_string_lossy()
         );

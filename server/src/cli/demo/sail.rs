@@ -65,7 +65,7 @@ impl Report {
             Self { given_up: true, .. } => "its agent does not keep running",
             Self { linked: false, .. } => "its link never stood",
             Self { sailed: false, .. } => "it never began its plan",
-            Self { place: None, .. } => "nobody knows where it is",
+            Self { place: None, .. } => "its position is not known",
             _ => return None,
         };
         Some(format!("{}: {what}", self.name))
