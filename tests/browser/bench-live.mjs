@@ -1,10 +1,15 @@
 // How late the fleet's values are at browsers: node --experimental-websocket bench-live.mjs URL PASSWORD SECONDS.
 // Vessels, server and browsers share one clock, so that a value's age on arrival is the way's latency. Measured
-// twice: where a browser's socket hands a frame over, before anybody reads it, and in the scripts of real pages.
+// where a browser's socket hands a frame over, before a page reads it; there again while fifty requests for routes wait
+// all the time; and in the scripts of real pages.
 
 import { inBrowser, logIn } from "./browser.mjs";
 
 const BROWSERS = 5;
+/** Requests for routes that are under way at any time; the server has room for so many. */
+const ROUTES = 50;
+/** Around the demo's chart. */
+const [SOUTH_DEG, NORTH_DEG, WEST_DEG, EAST_DEG] = [63.43, 63.46, 10.31, 10.39];
 /** As often as the server tells anybody what is new, in milliseconds. */
 const EVERY_MS = Number(process.env.BENCH_EVERY_MS ?? 2);
 const [url, password, duration_s] = process.argv.slice(2);
@@ -52,6 +57,33 @@ function report(where, heard) {
   );
 }
 
+/** Keeps so many requests for routes under way while `work` is done: between places by chance, each with a clearance of its own, so
+ * that most need water that was not prepared. */
+async function amongRoutes(headers, work) {
+  const within = (least, most) => least + Math.random() * (most - least);
+  const place = () => [within(SOUTH_DEG, NORTH_DEG), within(WEST_DEG, EAST_DEG)];
+  const [answers, took_ms] = [{}, []];
+  let wanted = true;
+  const ask = async () => {
+    while (wanted) {
+      const begun = performance.now();
+      const body = JSON.stringify({ points: [place(), place()], clearance_m: Math.round(within(10, 200)) });
+      const answer = await fetch(`${url}/api/v1/chart/route`, { method: "POST", headers: { ...headers, "content-type": "application/json" }, body });
+      await answer.arrayBuffer();
+      answers[answer.status] = (answers[answer.status] ?? 0) + 1;
+      took_ms.push(performance.now() - begun);
+    }
+  };
+  const all = Array.from({ length: ROUTES }, ask);
+  const done = await work();
+  wanted = false;
+  await Promise.all(all);
+  took_ms.sort((a, b) => a - b);
+  const counts = Object.entries(answers).map(([status, count]) => `${count} with ${status}`).join(", ");
+  console.log(`${ROUTES} requests for routes at a time: ${counts}; p50 ${took_ms[took_ms.length >> 1].toFixed(0)} ms, most ${took_ms.at(-1).toFixed(0)} ms`);
+  return done;
+}
+
 await inBrowser(async (open) => {
   const first = await open();
   await logIn(first, url, "admin", password);
@@ -68,11 +100,14 @@ await inBrowser(async (open) => {
   };
   const five = (each) => Promise.all(Array.from({ length: BROWSERS }, each));
   // A page without scripts of its own, so that what is measured is the way there and not what a page draws.
+  const csrf = await first.locator('meta[name="csrf"]').getAttribute("content");
   await first.goto(`${url}/api/v1/me`);
   const cookies = await first.context().cookies();
   const headers = { cookie: cookies.map(({ name, value }) => `${name}=${value}`).join("; "), origin: url };
   const asked = { url, seconds, every_ms: EVERY_MS };
   report("a vessel's time to five sockets", await rate(() => five(() => listen({ ...asked, headers }))));
+  const posting = { ...headers, "x-csrf-token": csrf };
+  report("the same among routes", await rate(() => amongRoutes(posting, () => five(() => listen({ ...asked, headers })))));
 
   const pages = [first];
   while (pages.length < BROWSERS) {
