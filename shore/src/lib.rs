@@ -28,6 +28,7 @@ pub mod fleet;
 pub mod folder;
 pub mod history;
 pub mod identity;
+mod leisure;
 pub mod links;
 pub mod logbook;
 pub mod missions;

@@ -1,7 +1,8 @@
 //! Routes on the sea chart for people and programs.
 //!
 //! Planning takes a processor for some milliseconds, for up to a second where water must be prepared first, and for tens of seconds or
-//! minutes where a way is long. So requests have turns, and planning ends when the client goes away.
+//! minutes where a way is long. So requests have turns, planning gives way to live values and commands, and it ends when the client
+//! goes away.
 
 mod currents;
 mod objective;
@@ -14,7 +15,8 @@ pub use objective::{aimed, power};
 
 use crate::charts::verdict::reason;
 use crate::charts::{Charts, Set};
-use crate::error::{Error, ErrorKind, Result, slow};
+use crate::error::{Error, ErrorKind, Result};
+use crate::leisure::{self, at_leisure};
 use api::{
     Said, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteGaveUp, SeaRouteLeg, SeaRouteMoved,
     SeaRouteNarrow, SeaRoutePassable, SeaRouteProgress, SeaRouteRefusal, SeaRouteRequest, SeaRouteTraffic,
@@ -121,7 +123,7 @@ impl Routing {
         let wanted = Arc::clone(&waiting.0);
         // After its client has gone, a planner runs for another moment: until then its turn is taken.
         let (its_set, asked) = (Arc::clone(&set), Arc::clone(asked));
-        let answer = slow(move || {
+        let answer = at_leisure(move || {
             let _taken = taken;
             let (wanted, report) =
                 (|| wanted.load(Ordering::Relaxed), |progress: Progress| asked.report(progress));
@@ -149,7 +151,7 @@ impl Routing {
     fn use_spare_time(&self, set: Arc<Set>) {
         let Some(spare) = self.turns.spare() else { return };
         // Called off, it goes on after the next route.
-        tokio::task::spawn_blocking(move || {
+        let work = move || {
             let began = Instant::now();
             let (is_spare, spent) = (|| spare.is_spare(), || began.elapsed());
             let cancel = Cancel::unless(&is_spare).within(SPARE, &spent);
@@ -160,7 +162,10 @@ impl Routing {
                     tracing::warn!("routes: the water was not made ready before the next route: {error}");
                 }
             }
-        });
+        };
+        if let Err(error) = leisure::start(work) {
+            tracing::warn!("routes: the water is not made ready before the next route: {error}");
+        }
     }
 }
 

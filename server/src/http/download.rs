@@ -417,8 +417,13 @@ impl Chunks {
         let sending = tokio::time::timeout(PATIENCE, self.sender.send(Ok(full.into())));
         match self.runtime.block_on(sending) {
             Ok(Ok(())) => Ok(()),
-            Ok(Err(_)) => Err(io::Error::new(io::ErrorKind::BrokenPipe, "the client reads the export no longer")),
-            Err(_) => Err(io::Error::new(io::ErrorKind::TimedOut, "the client took nothing of the export for a minute")),
+            Ok(Err(_)) => {
+                Err(io::Error::new(io::ErrorKind::BrokenPipe, "the client reads the export no longer"))
+            }
+            Err(_) => Err(io::Error::new(
+                io::ErrorKind::TimedOut,
+                "the client took nothing of the export for a minute",
+            )),
         }
     }
 }
