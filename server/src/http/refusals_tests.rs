@@ -52,7 +52,7 @@ async fn what_cannot_be_read_is_refused_in_plain_words_with_its_place() {
         ),
         (
             ((Method::DELETE, "v1/me"), json, Vec::new(), 405),
-            "DELETE is not possible at this address; GET, HEAD is".to_owned(),
+            "DELETE is not possible at this address; the header Allow says what is".to_owned(),
         ),
         (
             ((Method::GET, "live"), json, Vec::new(), 400),

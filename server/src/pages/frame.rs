@@ -1,11 +1,10 @@
 //! What all pages share: head, navigation, palette, and how a refusal looks.
 
-use super::form::Sent;
 use super::words::{self, Text, word};
 use crate::web::{ApiError, Kind, Remote, asset_path, cookie_name, language, plain_cookie};
 use api::Role;
 use askama::Template;
-use axum::extract::FromRequestParts;
+use axum::extract::{Form, FromRequestParts};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{Html, IntoResponse, Redirect, Response};
@@ -133,7 +132,7 @@ pub(super) struct Chosen {
 }
 
 /// `POST /palette`.
-pub(super) async fn choose_palette(remote: Remote, Sent(chosen): Sent<Chosen>) -> Response {
+pub(super) async fn choose_palette(remote: Remote, Form(chosen): Form<Chosen>) -> Response {
     let cookie = set_cookie(PALETTE_COOKIE, palette(&chosen.palette), 400 * 86_400, remote);
     ([(header::SET_COOKIE, cookie)], Redirect::to(inside(&chosen.next))).into_response()
 }

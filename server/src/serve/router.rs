@@ -8,9 +8,9 @@ use crate::web::{
 };
 use crate::{http, pages, transports};
 use api::say;
+use axum::body::HttpBody as _;
 use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::StatusCode;
-use axum::http::header::ALLOW;
 use axum::http::request::Parts;
 use axum::middleware::Next;
 use axum::response::{IntoResponse as _, Response};
@@ -79,23 +79,20 @@ fn kind_of(path: &str) -> Kind {
     if path.starts_with("/api/") { Kind::Api } else { Kind::Page }
 }
 
-/// Says which methods an address has where it lacks the one that is asked for: the router refuses that without a word.
+/// Puts words into the refusal of a method that an address does not have: the router makes it without any. Which methods the address
+/// has stands in the header `Allow`, which the router adds to the answer.
 async fn wrong_method(request: Request, next: Next) -> Response {
     let (method, kind) = (request.method().clone(), kind_of(request.uri().path()));
     let language = language::asked(request.headers());
     let response = next.run(request).await;
-    let Some(allowed) =
-        response.headers().get(ALLOW).filter(|_| response.status() == StatusCode::METHOD_NOT_ALLOWED)
-    else {
+    let is_empty = response.body().size_hint().exact() == Some(0);
+    if response.status() != StatusCode::METHOD_NOT_ALLOWED || !is_empty {
         return response;
-    };
-    let text = say("{method} is not possible at this address; {allowed} is")
-        .with("method", method)
-        .with("allowed", allowed.to_str().unwrap_or_default().replace(',', ", "));
+    }
+    let text =
+        say("{method} is not possible at this address; the header Allow says what is").with("method", method);
     let error = ApiError::new(StatusCode::METHOD_NOT_ALLOWED, "wrong_method", text);
-    let mut worded = language::within(language, async { pages::refusal(kind, None, error) }).await;
-    worded.headers_mut().insert(ALLOW, allowed.clone());
-    worded
+    language::within(language, async { pages::refusal(kind, None, error) }).await
 }
 
 /// The answer of a handler that panicked; the panic itself is logged.

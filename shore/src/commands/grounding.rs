@@ -43,6 +43,8 @@ pub struct Judge {
 /// The refusal of a place that is too far from the vessel; says whether its coordinates may have been swapped.
 fn too_far(from: LatLon, place: LatLon) -> Option<Error> {
     let km = |length_m: f64| (length_m / 1000.0).round();
+    // About a metre, without what radians left behind the comma.
+    let shown = |angle_deg: f64| (angle_deg * 1e5).round() / 1e5;
     let distance_m = far_m(from, place);
     if distance_m <= FARTHEST_M {
         return None;
@@ -54,8 +56,8 @@ fn too_far(from: LatLon, place: LatLon) -> Option<Error> {
             "The place is {distance} km from the vessel, and Go there goes {most} km at most: nothing was sent. Are latitude and \
              longitude swapped? {lat}, {lon} is {near} km from it.",
         )
-        .with("lat", swapped.lat_deg())
-        .with("lon", swapped.lon_deg())
+        .with("lat", shown(swapped.lat_deg()))
+        .with("lon", shown(swapped.lon_deg()))
         .with("near", km(near_m)),
         None => say(
             "The place is {distance} km from the vessel, and Go there goes {most} km at most: nothing was sent. Look at the \

@@ -320,8 +320,9 @@ fn damage_in_a_parquet_file_is_named_by_row_or_by_column_and_rows() {
     let study = Study::default();
     let carriers = Carriers { system: Some(STATION), address: &|_| Ok(7), study: &study };
     let (mut refused, mut named) = (0, 0);
-    // Any byte of the pages, which come first in the file.
-    for at in (4..whole.len() / 2).step_by(7) {
+    // Any byte of the pages, which come first in the file; its last eight are the length of the footer before them, and a mark.
+    let length = u32::from_le_bytes(*whole[whole.len() - 8..].first_chunk().unwrap()) as usize;
+    for at in (4..whole.len() - 8 - length).step_by(7) {
         let mut damaged = whole.clone();
         damaged[at] ^= 0x55;
         let Err(error) = read_parquet(Bytes::from(damaged), &carriers, &mut |_| Ok(())) else { continue };
