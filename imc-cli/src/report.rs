@@ -11,3 +11,9 @@ pub(crate) fn note(text: &str) {
 pub(crate) fn error(error: &anyhow::Error) {
     writeln!(io::stderr(), "imc: {error:#}").ok();
 }
+
+/// A number of things, `1 packet` or `2 packets`, whose plural has an s.
+pub(crate) fn counted(number: u64, thing: &str) -> String {
+    let s = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{s}")
+}

@@ -117,6 +117,13 @@ pub(crate) fn changes(operations: &Operations, revision: u64, wanted: &Wanted) -
     changed.filter(|one| admits(wanted, &one.key)).map(|one| alarm(operations.fleet(), one)).collect()
 }
 
+/// Logs a new alarm: by the vessel's address, as all lines about vessels, and its name.
+fn log_alarm(alarm: &api::Alarm) {
+    let api::Alarm { vessel_name: name, text, kind, priority, .. } = alarm;
+    let vessel = alarm.vessel.map(|vessel| tracing::field::display(Address(vessel)));
+    tracing::warn!(vessel, name, kind, priority, "alarm: {text}");
+}
+
 /// Parses a stored alarm; `None` where this server does not know its values.
 fn saved(alarm: api::Alarm) -> Option<Saved> {
     let said = |by: String, time_us| Signature { by, at: UtcTime::from_micros(time_us) };
@@ -369,10 +376,7 @@ impl Alarms {
                 happened.add(notes);
                 name(&self.people, &mut standing);
                 measure(&standing);
-                for alarm in standing.iter().filter(|alarm| alarm.id > logged) {
-                    let (vessel, text) = (&alarm.vessel_name, &alarm.text);
-                    tracing::warn!(vessel, kind = alarm.kind, priority = alarm.priority, "alarm: {text}");
-                }
+                standing.iter().filter(|alarm| alarm.id > logged).for_each(log_alarm);
                 logged = standing.iter().map(|alarm| alarm.id).max().unwrap_or_default().max(logged);
                 kept = revision;
                 told.send_replace(Standing { revision, alarms: standing });

@@ -1,7 +1,7 @@
 //! The present state of the fleet, as the API reports it.
 
 use crate::commands::view;
-use crate::router::Router;
+use crate::router::{Router, Stopped};
 use crate::{Changes, Wanted, alarms, decode};
 use api::{Fix, Liveness};
 use detections::{Detection, fused};
@@ -40,6 +40,23 @@ impl Fleet {
     /// All systems that `wanted` admits; `None` when the owner has ended.
     pub async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<api::System>> {
         self.router.ask(move |operations, now| systems(operations.fleet(), now, &wanted)).await.ok()
+    }
+
+    /// Whether a system with this address was heard since the start.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn is_heard(&self, system: Address) -> Result<bool, Stopped> {
+        self.router.ask(move |operations, _| operations.fleet().system(system).is_some()).await
+    }
+
+    /// The systems that were heard since the start, with the names that they gave themselves.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn heard(&self) -> Result<Vec<(Address, Option<String>)>, Stopped> {
+        let named = |system: &System| (system.address(), system.name().map(str::to_owned));
+        self.router.ask(move |operations, _| operations.fleet().systems().map(named).collect()).await
     }
 
     /// Last reported position of a vessel, however old.

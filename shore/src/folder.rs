@@ -127,7 +127,7 @@ pub fn check(folder: &Path) -> anyhow::Result<()> {
         }
     }
     let Some(first) = foreign.iter().min() else { return Ok(()) };
-    if MARKS.iter().any(|mark| folder.join(mark).exists()) || has_days(&folder.join("archive")) {
+    if is_there(folder) {
         return Ok(());
     }
     bail!(
@@ -135,6 +135,11 @@ pub fn check(folder: &Path) -> anyhow::Result<()> {
          empty or a new folder, or that of a server",
         folder.display()
     )
+}
+
+/// Whether Lutra has written data into this folder.
+pub fn is_there(folder: &Path) -> bool {
+    MARKS.iter().any(|mark| folder.join(mark).exists()) || has_days(&folder.join("archive"))
 }
 
 /// Refuses a folder with data of a later version that this one would misread. Nothing is written, not even a lock.

@@ -6,6 +6,7 @@
 //!
 //! - [`router::Router`]: the task that owns the hub, leases, commands and alarms ([`operations::Operations`]).
 //! - [`commands`]: control, orders, STOP, steering by hand; [`alarms`]; [`reports`] of vessels.
+//! - [`Shore::vessel`]: which vessels are known, by name or address.
 //! - [`links`]: the vessel link's sessions; the sockets are the server's.
 //! - [`recorder`], [`history`], [`sinks`], [`backup`]: recording and storage.
 //! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans, accounts and the audit log.
@@ -29,6 +30,7 @@ pub mod folder;
 pub mod history;
 pub mod identity;
 mod leisure;
+mod known;
 pub mod links;
 pub mod logbook;
 pub mod missions;

@@ -116,8 +116,8 @@ enum Command {
     Check {
         /// The main file, in DUNE's .ini dialect.
         config: PathBuf,
-        /// Profile.
-        #[arg(long, default_value = "Simulation")]
+        /// Profile, with the same default as `run`; a boat's is Hardware.
+        #[arg(long, default_value = run::SIMULATION)]
         profile: String,
         /// Data folder, as of `run`: values that consoles saved there apply, too.
         #[arg(long)]
@@ -214,6 +214,7 @@ fn check(path: &std::path::Path, profile: &str, data: Option<&std::path::Path>, 
         say!("{shown:#}");
     } else {
         say!("{config}");
+        say!("checked in the profile {profile}");
         match doubts {
             Ok(doubts) if doubts.is_empty() => {}
             Ok(doubts) => {

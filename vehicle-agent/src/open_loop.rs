@@ -15,8 +15,7 @@ pub(crate) fn run(arguments: &SimulateArguments) -> anyhow::Result<()> {
     let command = Pair::new(port, starboard);
     let otter = Otter::new(arguments.payload.unwrap_or(25.0))?;
     let mut load = Load::default();
-    if let Some(text) = &arguments.current {
-        let (speed_mps, to_deg) = pair(text).context("--current")?;
+    if let Some((speed_mps, to_deg)) = arguments.current {
         let to_rad = to_deg.to_radians();
         load.current_north_mps = speed_mps * to_rad.cos();
         load.current_east_mps = speed_mps * to_rad.sin();

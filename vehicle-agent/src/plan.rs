@@ -30,8 +30,8 @@ pub(crate) enum PlanCommand {
         /// The plan.
         file: PathBuf,
         /// The form.
-        #[arg(long, value_enum, default_value = "geojson")]
-        form: Form,
+        #[arg(long, alias = "form", value_enum, default_value = "geojson")]
+        format: Form,
     },
 }
 
@@ -59,10 +59,10 @@ pub(crate) fn plan(command: &PlanCommand) -> anyhow::Result<()> {
             let points = places.into_iter().map(|place| goto(place, *speed).into()).collect();
             say!("{}", to_json(sequence(id, points))?);
         }
-        PlanCommand::Export { file, form } => {
+        PlanCommand::Export { file, format } => {
             let plan = read(file)?;
             let places = waypoints(&plan);
-            match form {
+            match format {
                 Form::Imc => say!("{}", to_json(plan)?),
                 Form::Geojson => say!("{}", geojson::write(&shapes(&plan, &places))),
                 Form::Gpx => say!("{}", gpx::write(&shapes(&plan, &places))),

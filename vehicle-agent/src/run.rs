@@ -50,7 +50,7 @@ const DISK_END: Duration = Duration::from_secs(10);
 const LOST_TOLD: Duration = Duration::from_secs(5);
 
 /// The profile with a simulated hull.
-const SIMULATION: &str = "Simulation";
+pub(crate) const SIMULATION: &str = "Simulation";
 
 /// The shore as a peer. Packets to it go over the link, which carries everything anyway.
 const SHORE: Peer = Peer::Tcp(u32::MAX);

@@ -32,7 +32,12 @@ const LONGEST_S: f64 = 7.0 * 86_400.0;
 /// How long readiness is awaited (s).
 const READY_S: f64 = 60.0;
 
+/// The strongest current and wind that are simulated (m/s): a direction in the place of the speed is refused by them.
+const STRONGEST_CURRENT_MPS: f64 = 10.0;
+const STRONGEST_WIND_MPS: f64 = 60.0;
+
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct SimulateArguments {
     /// The main configuration file; the built-in one of an Otter without.
     #[arg(long)]
@@ -49,12 +54,12 @@ pub(crate) struct SimulateArguments {
     /// Simulated seconds per second: `max`, or a number.
     #[arg(long, default_value = "max")]
     speed: String,
-    /// Wind: speed (m/s) and the direction it comes from (degrees); gusts of 15 % come with it.
-    #[arg(long, value_name = "SPEED,FROM_DEG", allow_hyphen_values = true)]
-    wind: Option<String>,
-    /// Current: speed (m/s) and the direction it flows to (degrees).
-    #[arg(long, value_name = "SPEED,TO_DEG", allow_hyphen_values = true)]
-    pub(crate) current: Option<String>,
+    /// Wind: speed (m/s) and the direction it comes from (degrees), like 5@303; gusts of 15 % come with it.
+    #[arg(long, value_name = "MPS@FROM_DEG", value_parser = wind)]
+    wind: Option<(f64, f64)>,
+    /// Current: speed (m/s) and the direction it flows to (degrees), like 0.3@90.
+    #[arg(long, value_name = "MPS@TO_DEG", value_parser = current)]
+    pub(crate) current: Option<(f64, f64)>,
     /// Write logs below this folder.
     #[arg(long)]
     log: Option<PathBuf>,
@@ -411,13 +416,11 @@ fn vessel(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyho
         (vessel.gnss.position_white_m, vessel.gnss.position_slow_m) =
             pair(&arguments.gnss_error).context("--gnss-error")?;
     }
-    if let Some(text) = &arguments.current {
-        let (speed_mps, to_deg) = pair(text).context("--current")?;
+    if let Some((speed_mps, to_deg)) = arguments.current {
         (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) =
             (speed_mps, to_deg.to_radians());
     }
-    if let Some(text) = &arguments.wind {
-        let (speed_mps, from_deg) = pair(text).context("--wind")?;
+    if let Some((speed_mps, from_deg)) = arguments.wind {
         let from_rad = from_deg.to_radians();
         vessel.environment.wind = WindConfig { speed_mps, from_rad, ..vessel.environment.wind };
     }
@@ -441,6 +444,30 @@ fn conditions(vessel: &sim::VesselConfig) -> String {
     };
     let (noise_m, drift_m) = (gnss.position_white_m, gnss.position_slow_m);
     format!("{water}; {air}; positions: noise {noise_m} m, slow drift {drift_m} m; seed {}", vessel.seed)
+}
+
+fn current(text: &str) -> Result<(f64, f64), String> {
+    flow(text, STRONGEST_CURRENT_MPS).ok_or_else(|| {
+        format!(
+            "give how fast it flows, 0 to {STRONGEST_CURRENT_MPS} m/s, and where to in degrees, like 0.3@90"
+        )
+    })
+}
+
+fn wind(text: &str) -> Result<(f64, f64), String> {
+    flow(text, STRONGEST_WIND_MPS).ok_or_else(|| {
+        format!(
+            "give its speed, 0 to {STRONGEST_WIND_MPS} m/s, and where it comes from in degrees, like 5@303"
+        )
+    })
+}
+
+/// A speed (m/s), at most `most_mps`, and a direction (degrees), with an @ between; a comma is taken too.
+fn flow(text: &str, most_mps: f64) -> Option<(f64, f64)> {
+    let (speed, direction) = text.split_once('@').or_else(|| text.split_once(','))?;
+    let (speed_mps, direction_deg) = (speed.trim().parse().ok()?, direction.trim().parse().ok()?);
+    let possible = (0.0..=most_mps).contains(&speed_mps) && (-360.0..=360.0).contains(&direction_deg);
+    possible.then_some((speed_mps, direction_deg))
 }
 
 /// Two numbers with a comma between.

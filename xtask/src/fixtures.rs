@@ -50,9 +50,10 @@ impl Running {
     }
 }
 
-pub(crate) fn make(root: &Path) -> anyhow::Result<()> {
-    let version = env!("CARGO_PKG_VERSION");
-    let to = root.join("server/tests/fixtures").join(version);
+/// Makes them in `to`, or where those of this version are kept.
+pub(crate) fn make(root: &Path, to: Option<&Path>) -> anyhow::Result<()> {
+    let kept = || root.join("server/tests/fixtures").join(env!("CARGO_PKG_VERSION"));
+    let to = to.map_or_else(kept, Path::to_owned);
     ensure!(
         !to.exists(),
         "{} exists: data of a version are never changed; remove the folder if that version has no tag yet",

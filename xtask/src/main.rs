@@ -7,19 +7,22 @@ mod imc;
 use anyhow::{Context as _, bail};
 use std::path::Path;
 
-const USAGE: &str = "usage: cargo xtask codegen [--check] | fixtures
+const USAGE: &str = "usage: cargo xtask codegen [--check] | fixtures [DIR]
 
 codegen    write the generated code again from the catalogues
 --check    write nothing; fail when a generated file differs from its catalogue
-fixtures   make the data of this version, by the programs in target/debug, in server/tests/fixtures/VERSION";
+fixtures   make the data of this version, by the programs in target/debug, in server/tests/fixtures/VERSION, or to try it
+           in DIR, which must not be there yet";
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     match arguments.as_slice() {
         ["codegen"] => codegen(false),
         ["codegen", "--check"] => codegen(true),
-        ["fixtures"] => fixtures::make(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))),
+        ["fixtures"] => fixtures::make(root, None),
+        ["fixtures", to] => fixtures::make(root, Some(Path::new(to))),
         _ => bail!("{USAGE}"),
     }
 }

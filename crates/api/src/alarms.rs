@@ -410,8 +410,8 @@ pub struct AlarmList {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct AlarmHistoryQuery {
-    /// IMC address of a vessel; all that one may see, and the server, when left out.
-    pub vessel: Option<u16>,
+    /// Name or IMC address of a vessel; all that one may see, and the server, when left out.
+    pub vessel: Option<String>,
     /// `emergency`, `alarm`, `warning` or `caution`; all when left out.
     pub priority: Option<String>,
     /// From this time on, µs since 1970 UTC.

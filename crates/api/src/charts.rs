@@ -81,8 +81,8 @@ pub struct ChartAtQuery {
     pub lon_deg: f64,
     /// Objects within this distance are listed (m), 0 to 2000; 25 when left out.
     pub within_m: Option<f64>,
-    /// IMC address of the vessel whose own limits apply, where it reported them and the requester may see them.
-    pub vessel: Option<u16>,
+    /// Name or IMC address of the vessel whose own limits apply, where it reported them.
+    pub vessel: Option<String>,
 }
 
 /// How deep it is, and what decides.

@@ -20,6 +20,9 @@ pub struct Ordered {
     /// Whether the vessel was not heard lately: the order is sent, perhaps once more, as soon as the vessel is heard
     /// within ten minutes.
     pub waits: bool,
+    /// Whether a vessel of this address has a name here or was heard since the server started. Where not, the address may be
+    /// a mistake; the stop is sent all the same.
+    pub known: bool,
 }
 
 /// Parameters of a stop.

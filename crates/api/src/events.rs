@@ -63,7 +63,7 @@ pub struct FleetDetectionsQuery {
     pub from_us: i64,
     /// Reported before this time, µs since 1970 UTC.
     pub to_us: i64,
-    /// IMC addresses of vessels; all that one may see when left out or empty.
+    /// Names or IMC addresses of vessels; all that one may see when left out or empty.
     pub vessel: Option<String>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
     pub tag: Option<String>,

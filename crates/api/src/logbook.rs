@@ -117,7 +117,7 @@ pub struct LogNoteRevision {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct LogNotesQuery {
-    /// IMC addresses of vessels, with commas; all that one may see, and notes on no vessel, when left out.
+    /// Names or IMC addresses of vessels, with commas; all that one may see, and notes on no vessel, when left out.
     pub vessel: Option<String>,
     /// Beside those of `vessel` also notes on no vessel.
     pub general: Option<bool>,
@@ -139,7 +139,7 @@ pub struct LogNotesQuery {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct LogNotesFileQuery {
-    /// IMC addresses of vessels, with commas; all whose data one may take out, and notes on no vessel, when left out.
+    /// Names or IMC addresses of vessels, with commas; all whose data one may take out, and notes on no vessel, when left out.
     pub vessel: Option<String>,
     /// Beside those of `vessel` also notes on no vessel.
     pub general: Option<bool>,

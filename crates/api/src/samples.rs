@@ -7,8 +7,8 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct SeriesQuery {
-    /// IMC address of the source; all that one may see when left out.
-    pub system: Option<u16>,
+    /// Name or IMC address of the source; all that one may see when left out.
+    pub system: Option<String>,
 }
 
 /// The samples of one message of one entity of one system.

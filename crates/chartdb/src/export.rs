@@ -58,26 +58,52 @@ fn degrees(lat_deg: f64, length_m: f64) -> (f64, f64) {
     (1e-3 * length_m / distance_m(at, north), 1e-3 * length_m / distance_m(at, east))
 }
 
-/// Gives the points of a grid from south to north and west to east until `give` returns false.
+impl Grid {
+    /// How often the spacing is doubled for the largest squares.
+    fn doublings(&self) -> f64 {
+        let most = |adapt: Adapt| (adapt.coarsest_m / self.spacing_m).max(1.0).log2().floor().min(20.0);
+        self.adapt.map_or(0.0, most)
+    }
+
+    /// Side of the largest squares (m): the spacing doubled as often as it fits.
+    fn start_m(&self) -> f64 {
+        self.spacing_m * self.doublings().exp2()
+    }
+
+    /// Rows and columns of the largest squares, and their sides north and east (°).
+    fn squares(&self) -> ([u64; 2], [f64; 2]) {
+        let (from, to) = (self.south_west, self.north_east);
+        let middle_deg = f64::midpoint(from.lat_deg(), to.lat_deg());
+        let (north_deg, east_deg) = degrees(middle_deg, self.start_m());
+        let steps = |from: f64, to: f64, step: f64| ((to - from) / step).ceil().max(1.0) as u64;
+        let rows = steps(from.lat_deg(), to.lat_deg(), north_deg);
+        ([rows, steps(from.lon_deg(), to.lon_deg(), east_deg)], [north_deg, east_deg])
+    }
+
+    /// Points that the box has at the spacing: the most that are looked at, and given.
+    pub fn points(&self) -> u64 {
+        let [rows, columns] = self.squares().0;
+        let each = self.doublings().exp2().powi(2) as u64;
+        rows.saturating_mul(columns).saturating_mul(each)
+    }
+}
+
+/// Gives the points of a grid from south to north and west to east until `give` returns false. `looked` gets the share of the box
+/// that is done, from 0 to 1, after each row of the largest squares.
 ///
 /// Returns how many were given.
-pub fn grid(index: &DepthIndex, grid: &Grid, give: &mut dyn FnMut(&GridRow) -> bool) -> u64 {
-    let middle_deg = f64::midpoint(grid.south_west.lat_deg(), grid.north_east.lat_deg());
-    let start_m = match grid.adapt {
-        // The coarsest square is the spacing doubled as often as it fits.
-        Some(adapt) => {
-            let doublings = (adapt.coarsest_m / grid.spacing_m).max(1.0).log2().floor();
-            grid.spacing_m * doublings.min(20.0).exp2()
-        }
-        None => grid.spacing_m,
-    };
-    let (north_deg, east_deg) = degrees(middle_deg, start_m);
-    let (from, to) = (grid.south_west, grid.north_east);
-    let steps = |from: f64, to: f64, step: f64| ((to - from) / step).ceil().max(1.0) as u64;
-    let rows = steps(from.lat_deg(), to.lat_deg(), north_deg);
-    let columns = steps(from.lon_deg(), to.lon_deg(), east_deg);
+pub fn grid(
+    index: &DepthIndex,
+    grid: &Grid,
+    looked: &mut dyn FnMut(f64),
+    give: &mut dyn FnMut(&GridRow) -> bool,
+) -> u64 {
+    let start_m = grid.start_m();
+    let ([rows, columns], [north_deg, east_deg]) = grid.squares();
+    let from = grid.south_west;
     let mut walk = Walk { index, grid, give, count: 0 };
     for row in 0..rows {
+        looked(row as f64 / rows as f64);
         for column in 0..columns {
             let lat_deg = from.lat_deg() + (row as f64 + 0.5) * north_deg;
             let lon_deg = from.lon_deg() + (column as f64 + 0.5) * east_deg;

@@ -228,7 +228,10 @@ pub struct Counts {
 impl fmt::Display for Counts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { errors, warnings, notes } = self;
-        write!(f, "{errors} errors, {warnings} warnings, {notes} notes")
+        let counted =
+            |number: usize, thing: &str| format!("{number} {thing}{}", if number == 1 { "" } else { "s" });
+        let (errors, warnings) = (counted(*errors, "error"), counted(*warnings, "warning"));
+        write!(f, "{errors}, {warnings}, {}", counted(*notes, "note"))
     }
 }
 
@@ -323,7 +326,7 @@ mod tests {
         let mut report = Report::default();
         report.add(Problem::note(ProblemKind::Unused, None, "n"));
         report.add(Problem::error(ProblemKind::Syntax, Some(&place), "e").remedy("r"));
-        assert_eq!(report.to_string(), "error a.ini:7: e\n    -> r\nnote: n\n1 errors, 0 warnings, 1 notes");
+        assert_eq!(report.to_string(), "error a.ini:7: e\n    -> r\nnote: n\n1 error, 0 warnings, 1 note");
         assert!(report.has_errors());
     }
 }

@@ -6,7 +6,7 @@
 //! a request, are there as `LUTRA_SPAN_NAME`.
 
 use crate::lines::harmless;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{Debug, Write as _};
 use std::fs::File;
 use std::io;
@@ -40,14 +40,18 @@ pub struct VesselNames(Arc<RwLock<Known>>);
 struct Known {
     /// The vessel that the program steers; ashore none.
     own: Option<String>,
-    /// Names by address, as events have it.
-    names: BTreeMap<String, String>,
+    /// Names by address, as events have it: those that people gave, and those that vessels give themselves.
+    names: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl VesselNames {
-    /// These names from here on, by address.
+    /// These names from here on, by address; a vessel may have several.
     pub fn set(&self, names: impl IntoIterator<Item = (String, String)>) {
-        self.0.write().unwrap_or_else(PoisonError::into_inner).names = names.into_iter().collect();
+        let mut known: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for (address, name) in names.into_iter().filter(|(address, name)| address != name) {
+            known.entry(address).or_default().insert(name);
+        }
+        self.0.write().unwrap_or_else(PoisonError::into_inner).names = known;
     }
 
     /// All events are about this vessel.
@@ -58,8 +62,8 @@ impl VesselNames {
     /// What an event about this address, or none, is found by.
     fn of(&self, address: Option<&String>) -> Vec<String> {
         let known = self.0.read().unwrap_or_else(PoisonError::into_inner);
-        let name = address.and_then(|address| known.names.get(address));
-        known.own.iter().chain(address).chain(name).cloned().collect()
+        let names = address.and_then(|address| known.names.get(address)).into_iter().flatten();
+        known.own.iter().chain(address).chain(names).cloned().collect()
     }
 }
 
@@ -270,7 +274,8 @@ mod tests {
     fn an_event_has_its_values_as_fields_and_its_line_as_message() {
         let fake = Fake::start();
         let names = VesselNames::default();
-        names.set([("0x2810".to_owned(), "otter-1".to_owned())]);
+        let called = |name: &str| ("0x2810".to_owned(), name.to_owned());
+        names.set(["otter-1", "grey-otter", "0x2810"].map(called));
         let log = tracing_subscriber::registry().with(fake.client(names));
         tracing::subscriber::with_default(log, || {
             tracing::warn!(command = 1_790_000_000_000_u64, vessel = %"0x2810", why = "no room", "refused");
@@ -283,6 +288,7 @@ mod tests {
             "LUTRA_COMMAND=1790000000000",
             "LUTRA_VESSEL=0x2810",
             "LUTRA_VESSEL=otter-1",
+            "LUTRA_VESSEL=grey-otter",
             "LUTRA_WHY=no room",
         ] {
             assert!(entry.contains(&line.to_owned()), "{line}: {entry:?}");

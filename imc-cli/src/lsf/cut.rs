@@ -4,7 +4,7 @@ use super::scan::{Printing, log_file, scan};
 use super::select::Select;
 use crate::outcome::Outcome;
 use crate::output::Output;
-use crate::report;
+use crate::report::{self, counted};
 use anyhow::{Context as _, bail};
 use flate2::{Compression, write::GzEncoder};
 use imc::lsf::LogItem;
@@ -63,7 +63,8 @@ impl Cut {
         }
         target.finish()?;
         if let Some(path) = &self.output {
-            report::note(&format!("{packets} packets, {bytes} bytes written to {}", path.display()));
+            let (packets, bytes) = (counted(packets, "packet"), counted(bytes, "byte"));
+            report::note(&format!("{packets}, {bytes} written to {}", path.display()));
         }
         if damaged {
             report::note("damage in the input was left out; `imc lsf info` tells more");

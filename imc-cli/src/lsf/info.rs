@@ -7,6 +7,7 @@ use super::shown::iso;
 use super::tally::{Count, Sender, Tally};
 use crate::outcome::Outcome;
 use crate::output::Output;
+use crate::report::counted;
 use crate::style::{Paint, plain};
 use crate::table::Table;
 use imc::catalogue;
@@ -87,7 +88,8 @@ impl Info {
     fn text(&self, path: &Path, tally: &Tally) -> String {
         let paint = Paint::stdout();
         let mut out = format!("{}\n", paint.title(&path.display().to_string()));
-        writeln!(out, "  {} packets, {} bytes", tally.all.packets, tally.all.bytes).ok();
+        let (packets, bytes) = (counted(tally.all.packets, "packet"), counted(tally.all.bytes, "byte"));
+        writeln!(out, "  {packets}, {bytes}").ok();
         if let (Some(start), Some(latest)) = (tally.start_s, tally.all.latest_s) {
             writeln!(out, "  {} to {}, {:.1} s", iso(start), iso(latest), tally.span_s()).ok();
         }
@@ -159,8 +161,9 @@ fn damage_text(tally: &Tally, paint: Paint) -> String {
     let damage = &tally.damage;
     if let Some(first) = damage.first {
         let text = format!(
-            "damage: {} bytes in {} places are not packets, the first at byte {first}",
-            damage.bytes, damage.runs
+            "damage: {} in {} are not packets, the first at byte {first}",
+            counted(damage.bytes, "byte"),
+            counted(damage.runs, "place")
         );
         writeln!(out, "  {}", paint.alert(&text)).ok();
     }
@@ -169,7 +172,8 @@ fn damage_text(tally: &Tally, paint: Paint) -> String {
         writeln!(out, "  {}", paint.alert(&text)).ok();
     }
     for (class, count) in &tally.undecodable {
-        writeln!(out, "  {}", paint.alert(&format!("damage: {count} packets cannot be read: {class}"))).ok();
+        let packets = counted(*count, "packet");
+        writeln!(out, "  {}", paint.alert(&format!("damage: {packets} cannot be read: {class}"))).ok();
     }
     out
 }

@@ -1,7 +1,7 @@
 //! `lutra-server archive`: compress days to which nothing is added.
 
 use super::data::{Progress, folder};
-use super::say::{complain, say};
+use super::say::{complain, counted, say};
 use super::{Common, compress};
 use anyhow::{bail, ensure};
 use clap::{Args, Subcommand};
@@ -45,7 +45,7 @@ pub(super) fn archive(common: &Common, command: &ArchiveCommand) -> anyhow::Resu
             say!("would compress archive/{} ({} KiB)", day.key.name(), day.plain_bytes >> 10);
         }
         let bytes: u64 = days.iter().map(|day| day.plain_bytes).sum();
-        say!("would compress {} days, {} MiB; nothing was changed", days.len(), bytes >> 20);
+        say!("would compress {}, {} MiB; nothing was changed", counted(days.len(), "day"), bytes >> 20);
         return Ok(());
     }
     let mut store = Store::open(&data)?;
@@ -63,8 +63,9 @@ pub(super) fn archive(common: &Common, command: &ArchiveCommand) -> anyhow::Resu
         }
     }
     store.close()?;
-    say!("{done} days compressed: {} MiB, now {} MiB", plain_bytes >> 20, packed_bytes >> 20);
-    ensure!(failed == 0, "{failed} days could not be compressed");
+    let days = counted(done, "day");
+    say!("{days} compressed: {} MiB, now {} MiB", plain_bytes >> 20, packed_bytes >> 20);
+    ensure!(failed == 0, "{} could not be compressed", counted(failed, "day"));
     Ok(())
 }
 

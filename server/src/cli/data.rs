@@ -1,7 +1,7 @@
 //! Work on a data folder without a running server: import, export, reindex, backup, restore.
 
 use super::Common;
-use super::say::{complain, say};
+use super::say::{complain, counted, say};
 use crate::backups::{self, Place};
 use crate::config::Config;
 use anyhow::{Context as _, bail, ensure};
@@ -11,6 +11,7 @@ use flate2::write::GzEncoder;
 use imc::Address;
 use shore::backup::Aside;
 use shore::clock;
+use shore::folder::is_there;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal as _, Write};
@@ -27,9 +28,13 @@ pub(super) struct ImportArguments {
     /// Logs: Data.lsf, Data.lsf.gz or Data.lsf.zst, or folders of them.
     #[arg(required = true, value_name = "LSF")]
     logs: Vec<PathBuf>,
+    /// Make the data folder where there is none.
+    #[arg(long)]
+    new: bool,
 }
 
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(super) struct ExportArguments {
     /// Messages by name or number, like EstimatedState or 0x15e; may be repeated. Without it: all that the catalogue
@@ -184,6 +189,12 @@ pub(super) fn folder(common: &Common) -> anyhow::Result<PathBuf> {
 /// `lutra-server import`.
 pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
+    ensure!(
+        arguments.new || is_there(&config.data),
+        "{} is not a data folder, and nothing was imported: name the one that the server writes to by --data DIR, or make this one \
+         by --new",
+        config.data.display()
+    );
     let mut store = Store::open(&config.data)?;
     let mut progress = Progress::new();
     let done = store.import(&arguments.logs, clock::now(), &mut |at| {
@@ -198,10 +209,9 @@ pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Re
     })?;
     drop(progress);
     store.close()?;
-    let logs = if done.files == 1 { "log" } else { "logs" };
-    say!("{} {logs}, {} packets, {} new", done.files, done.packets, done.added);
+    say!("{}, {}, {} new", counted(done.files, "log"), counted(done.packets, "packet"), done.added);
     if done.damaged_bytes > 0 {
-        complain!("{} bytes are not packets and were passed over", done.damaged_bytes);
+        complain!("passed over what is no packet: {}", counted(done.damaged_bytes, "byte"));
     }
     for problem in &done.problems {
         complain!("{problem}");
@@ -221,6 +231,9 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
         arguments.format != Format::Lsf || !is_raw,
         "a log has all packets as they came, also those of `_raw`: leave --message out, or write CSV"
     );
+    if arguments.format == Format::Lsf {
+        refuse_table_options(arguments)?;
+    }
     let selection = Selection {
         messages: arguments.messages.clone(),
         systems: vessels(&data, &arguments.vessels)?,
@@ -236,6 +249,27 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
     }
     let is_text = arguments.format == Format::Csv;
     to_output(arguments.output.as_deref(), is_text, &mut |out| write(&data, &selection, arguments, out))
+}
+
+/// Refuses options of tables: a log has the packets as they came.
+fn refuse_table_options(arguments: &ExportArguments) -> anyhow::Result<()> {
+    let given = [
+        ("--field", !arguments.fields.is_empty()),
+        ("--long", arguments.long),
+        ("--degrees", arguments.degrees),
+        ("--labels", arguments.labels),
+        ("--received", arguments.received),
+        ("--spreadsheet", arguments.spreadsheet.is_some()),
+        ("--every-s", arguments.every_s.is_some()),
+    ];
+    let given: Vec<&str> =
+        given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect();
+    ensure!(
+        given.is_empty(),
+        "a log has the packets as they came: leave {} out, or write another --format",
+        given.join(", ")
+    );
+    Ok(())
 }
 
 /// Writes to a file, or to the standard output; `is_text` if a terminal can show it.
@@ -269,7 +303,8 @@ pub(super) fn to_output(
         fs::remove_file(&part).ok();
     }
     let exported = outcome?;
-    complain!("{}: {} rows, {} bytes before compression", path.display(), exported.rows, exported.bytes);
+    let (rows, bytes) = (counted(exported.rows, "row"), counted(exported.bytes, "byte"));
+    complain!("{}: {rows}, {bytes} before compression", path.display());
     Ok(())
 }
 
@@ -278,7 +313,8 @@ fn tell_left_out(data: &Path, selection: &Selection) -> anyhow::Result<()> {
     let count = store::unexplained(&mut Reader::open(data)?, selection)?;
     if count > 0 {
         complain!(
-            "{count} messages are left out: the catalogue does not explain them; --message _raw has them"
+            "left out, as the catalogue does not explain it: {}; --message _raw has it",
+            counted(count, "message")
         );
     }
     Ok(())
@@ -345,7 +381,8 @@ pub(super) fn reindex(common: &Common, arguments: &ReindexArguments) -> anyhow::
         true
     })?;
     drop(progress);
-    say!("{} packets read, {} samples (before: {})", done.packets, done.samples, done.before);
+    let (packets, samples) = (counted(done.packets, "packet"), counted(done.samples, "sample"));
+    say!("{packets} read, {samples} (before: {})", done.before);
     Ok(())
 }
 
@@ -398,9 +435,9 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     )?;
     drop(progress);
     say!(
-        "{}: {} files copied, {} grown, {} linked, {} replaced by compressed ones, {} were there; {} KiB written",
+        "{}: {} copied, {} grown, {} linked, {} replaced by compressed ones, {} were there; {} KiB written",
         to.display(),
-        done.copied,
+        counted(done.copied, "file"),
         done.grown,
         done.linked,
         done.replaced,
@@ -477,7 +514,7 @@ pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::
     let done = shore::backup::restore(&arguments.from, &data, &mut |what| progress.tell(|| what.to_owned()))?;
     drop(progress);
     let made = clock::written(UtcTime::from_micros(done.made_us));
-    say!("{}: {} files, {} MiB, as of {made}", data.display(), done.files, done.bytes >> 20);
+    say!("{}: {}, {} MiB, as of {made}", data.display(), counted(done.files, "file"), done.bytes >> 20);
     tell_covered(store::covered(&data)?);
     say!(
         "what came after that is not in it: vessels send what they still have, and `import` takes the rest from the old archive"
@@ -505,6 +542,6 @@ pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::
 fn tell_covered(covered: Vec<Covered>) {
     for Covered { system, from, to, days } in covered {
         let (from, to) = (clock::written(from), clock::written(to));
-        say!("{system}: recorded from {from} to {to}, on {days} days");
+        say!("{system}: recorded from {from} to {to}, on {}", counted(days, "day"));
     }
 }

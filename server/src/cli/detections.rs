@@ -3,7 +3,8 @@
 use super::Common;
 use super::Partial;
 use super::data::{Spreadsheet, folder, to_output, vessels};
-use super::say::{complain, say};
+use super::people::existing;
+use super::say::{complain, counted, say};
 use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand};
 use detections::TagFilter;
@@ -113,7 +114,7 @@ fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
 }
 
 fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
-    let data = common.load_to_write()?.data;
+    let data = existing(common)?.data;
     let file = &arguments.file;
     let mut store = Store::open(&data)?;
     let ((_, rows), named) = with(&data, async |db| (All, named::List).run(db).await)?;
@@ -129,7 +130,8 @@ fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
     let closed = store.close();
     let (earlier, read, done) = taken?;
     closed?;
-    say!("{} detections, {} new; {} rows of other kinds left out", read.rows, done.added, read.left_out);
+    let left_out = counted(read.left_out, "row");
+    say!("{}, {} new; {left_out} of other kinds left out", counted(read.rows, "detection"), done.added);
     whole(&done, read.rows, &staged.whole, file)?;
     earlier.map_or(Ok(()), |partial| Err(partial.into()))
 }

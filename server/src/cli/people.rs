@@ -2,7 +2,8 @@
 
 use super::Common;
 use super::say::{complain, say};
-use anyhow::Context as _;
+use crate::config::Config;
+use anyhow::{Context as _, ensure};
 use api::{NewToken, Person, Role, Token};
 use clap::Subcommand;
 use shore::clock;
@@ -108,9 +109,30 @@ pub(super) enum VesselCommand {
     },
 }
 
+/// The configuration of a data folder that has people already: a mistyped one must not look like one without anybody.
+pub(super) fn existing(common: &Common) -> anyhow::Result<Config> {
+    let config = common.load_to_write()?;
+    ensure!(
+        config.data.join("app.db").is_file(),
+        "{} has no app.db: give --data the folder of the server; `lutra-server user add` makes the first person of a new one",
+        config.data.display()
+    );
+    Ok(config)
+}
+
+/// The same for a command with which a data folder may begin; it says so, as the folder may be mistyped.
+fn may_make(common: &Common) -> anyhow::Result<Config> {
+    let config = common.load_to_write()?;
+    if !config.data.join("app.db").exists() {
+        complain!("{} has no app.db yet: it is made", config.data.display());
+    }
+    Ok(config)
+}
+
 /// `lutra-server user`.
 pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> {
-    let config = common.load_to_write()?;
+    let may_be_new = matches!(command, UserCommand::Add { .. });
+    let config = if may_be_new { may_make(common)? } else { existing(common)? };
     let (data, least) = (&config.data, config.people.password_length);
     match command {
         UserCommand::Add { name, role, vessel, password_stdin } => {
@@ -152,7 +174,7 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
 
 /// `lutra-server token`.
 pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()> {
-    let data = common.load_to_write()?.data;
+    let data = existing(common)?.data;
     match command {
         TokenCommand::Create { person, link, role, vessel, days, label } => {
             let (now, subject) = (clock::now(), label.clone());
@@ -184,7 +206,8 @@ pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()
 
 /// `lutra-server vessel`.
 pub(super) fn vessel(common: &Common, command: VesselCommand) -> anyhow::Result<()> {
-    let data = common.load_to_write()?.data;
+    let may_be_new = matches!(command, VesselCommand::Add { .. });
+    let data = if may_be_new { may_make(common)? } else { existing(common)? }.data;
     match command {
         VesselCommand::Add { name, address } => {
             let add = vessels::Add { address, name: name.clone(), now: clock::now() };

@@ -2,8 +2,8 @@
 
 use super::Common;
 use super::data::to_output;
-use super::people::{ACTOR, act};
-use super::say::{complain, say};
+use super::people::{ACTOR, act, existing};
+use super::say::{complain, counted, say};
 use anyhow::{Context as _, bail, ensure};
 use api::{RegisterImport, RegisterKind};
 use clap::Subcommand;
@@ -66,19 +66,8 @@ pub(super) fn register(common: &Common, command: &RegisterCommand) -> anyhow::Re
     }
 }
 
-/// The data folder, which must be one already: a mistyped one must not become a register without entries.
-fn existing(common: &Common) -> anyhow::Result<PathBuf> {
-    let data = common.load_to_write()?.data;
-    ensure!(
-        data.join("app.db").is_file(),
-        "{} has no app.db: give --data the folder of a server that has run",
-        data.display()
-    );
-    Ok(data)
-}
-
 fn export(common: &Common, wanted: RegisterKind, output: Option<&Path>) -> anyhow::Result<()> {
-    let data = existing(common)?;
+    let data = existing(common)?.data;
     let ((_, rows), named) = with(&data, async |db| (All, vessels::List).run(db).await)?;
     let records: Vec<_> =
         rows.iter().map(|row| &row.record).filter(|record| kind_of(record) == wanted).collect();
@@ -90,7 +79,7 @@ fn export(common: &Common, wanted: RegisterKind, output: Option<&Path>) -> anyho
 }
 
 fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyhow::Result<()> {
-    let data = existing(common)?;
+    let data = existing(common)?.data;
     let bytes = fs::read(file).with_context(|| file.display().to_string())?;
     ensure!(
         bytes.len() <= FILE_BYTES,
@@ -104,7 +93,7 @@ fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyh
     tell(&told);
     let count = told.problems.len();
     if count > 0 {
-        bail!("{}: nothing was taken: {count} problems", file.display());
+        bail!("{}: nothing was taken: {}", file.display(), counted(count, "problem"));
     }
     let word = kind_word(kind);
     if !apply {

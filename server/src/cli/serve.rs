@@ -84,7 +84,7 @@ async fn tell_names(serving: &Serving, names: &VesselNames) {
     let mut due = tokio::time::interval(NAMES_EVERY);
     loop {
         due.tick().await;
-        names.set(serving.vessel_names());
+        names.set(serving.vessel_names().await);
     }
 }
 

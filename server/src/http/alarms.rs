@@ -30,9 +30,10 @@ pub(crate) async fn history(
             .with("all", PRIORITIES.join(", "));
         return Err(ApiError::bad_request(text));
     }
+    let vessel = extract::vessel(&state.shore, &who, ("vessel", query.vessel.as_deref())).await?;
     let wanted = Notes {
         vessels: seen(&who),
-        vessel: query.vessel,
+        vessel: vessel.map(|vessel| vessel.0),
         priority: query.priority,
         from_us: query.from_us,
         to_us: query.to_us,

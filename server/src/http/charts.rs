@@ -1,14 +1,13 @@
 //! The sea chart for maps and programs.
 
 use crate::AppState;
-use crate::web::{ApiError, InBody, InPath, QueryParams, Who};
+use crate::web::{ApiError, InBody, InPath, QueryParams, Who, WholeBody, extract};
 use api::{
-    ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, Said,
-    SeaRouteAnswer, SeaRouteCurrentGrid, SeaRouteProgress, SeaRouteRequest, say,
+    ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, SeaRouteAnswer,
+    SeaRouteCurrentGrid, SeaRouteProgress, SeaRouteRequest, say,
 };
 use axum::Json;
 use axum::extract::State;
-use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use bytes::Bytes;
@@ -91,7 +90,8 @@ pub(crate) async fn at(
     let place = place(query.lat_deg, query.lon_deg)?;
     let within_m = length("within_m", query.within_m.unwrap_or(WITHIN_M), MOST_WITHIN_M)?;
     let set = there(&state)?;
-    let limits = state.shore.grounding.limits(&who, query.vessel).await;
+    let vessel = extract::vessel(&state.shore, &who, ("vessel", query.vessel.as_deref())).await?;
+    let limits = state.shore.grounding.limits(&who, vessel.map(|vessel| vessel.0)).await;
     let near = slow(move || charts::at(&set, &limits, place, within_m)).await?;
     near.map(Json).map_err(|why| unreadable(&why))
 }
@@ -155,15 +155,15 @@ pub(crate) async fn progress(
 
 /// `POST /api/v1/chart/currents`.
 pub(crate) async fn currents(
-    file: Result<Bytes, BytesRejection>,
+    file: Result<WholeBody, ApiError>,
 ) -> Result<Json<SeaRouteCurrentGrid>, ApiError> {
-    let file = file.map_err(|error| match error.status() {
+    let WholeBody(file) = file.map_err(|error| match error.status {
         StatusCode::PAYLOAD_TOO_LARGE => ApiError::malformed(
             StatusCode::PAYLOAD_TOO_LARGE,
             say("The file is larger than {most} MB: take out what is not needed.")
                 .with("most", CURRENTS_BYTES >> 20),
         ),
-        status => ApiError::malformed(status, Said::as_is(error.body_text())),
+        _ => error,
     })?;
     Ok(Json(shore::routing::currents_of_file(file.to_vec()).await?))
 }

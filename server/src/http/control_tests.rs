@@ -8,6 +8,7 @@ use axum::http::{Request, StatusCode};
 use imc::messages::{Payload as _, PlanControl, PlanControlState, PlanControlStateState, PlanControlType};
 use imc::{Address, Header, Packet, PacketView};
 use shore::clock;
+use shore::identity::vessels;
 use std::time::Duration;
 
 async fn post(shore: &Shore, what: &str, token: &str, body: &str) -> (StatusCode, String) {
@@ -124,6 +125,8 @@ async fn a_start_is_followed_to_its_effect_by_what_the_vessel_says() {
 #[tokio::test]
 async fn what_cannot_be_sent_or_is_no_order_says_why() {
     let shore = Shore::with(|_| ()).await;
+    let add = vessels::Add { address: FIRST, name: "otter-1".to_owned(), now: clock::now() };
+    shore.state.shore.people.change(add).await.unwrap();
     let token = shore.token(Some(FIRST), Role::Operator).await;
     lease(&shore, &token, REQUEST).await.unwrap();
     let (status, text) = post(&shore, "commands", &token, START).await;

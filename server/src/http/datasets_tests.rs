@@ -303,7 +303,7 @@ async fn a_question_that_finds_nothing_or_names_nothing_known_is_refused_at_its_
         (json!({"projects": ["Trout"]}), "projects: the register has no project `Trout`"),
         (json!({"area": "63,10;64,11;64,10;63,11"}), "area: the sides from corner 1"),
         (json!({"from_us": 9, "to_us": 9}), "to_us: "),
-        (json!({"without": ["bad"]}), "unknown variant"),
+        (json!({"without": ["bad"]}), "without[0]: `bad` is not one of unconfirmed"),
     ] {
         let answer = say(&shore, "POST", "/datasets", &token, draft(&[("query", query.clone())])).await;
         assert!(answer.status.is_client_error() && answer.body.contains(named), "{query}: {}", answer.body);

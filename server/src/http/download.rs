@@ -171,7 +171,9 @@ fn accepts_gzip(asked: &HeaderMap) -> bool {
 /// The answer for a range that does not exist.
 fn beyond(total: u64, tag: &str) -> Response {
     let headers = [(header::CONTENT_RANGE, value(&format!("bytes */{total}"))), (header::ETAG, value(tag))];
-    (StatusCode::RANGE_NOT_SATISFIABLE, headers).into_response()
+    let text = say("Range: the file has {total} bytes; ask for a part of them, or leave Range out");
+    let error = ApiError::new(StatusCode::RANGE_NOT_SATISFIABLE, "no_such_range", text.with("total", total));
+    (headers, error).into_response()
 }
 
 /// The requested part of a file.

@@ -201,9 +201,11 @@ async fn a_drawing_counts_from_where_its_vessel_floats_by_what_the_vessel_told()
     assert_eq!(tell(&[saved, ("Navigable Depth", "1"), ("Autonomous Depth", "9")]).await, (9.0, true));
     assert_eq!(tell(&[("Autonomous Depth", "2"), ("Water Level", "20")]).await, (5.0, false));
     assert_eq!(tell(&[("Navigable Depth", "20"), ("Autonomous Depth", "99")]).await, (99.0, true));
-    for (vessel, autonomous) in [("", true), ("&vessel=2068", false), ("&vessel=2069", true)] {
-        let path = format!("chart/at?lat_deg={}&lon_deg={}{vessel}", OPEN[0][0], OPEN[0][1]);
-        let (status, near) = scene.ask("GET", &path, &Value::Null).await;
+    let at = |vessel: &str| format!("chart/at?lat_deg={}&lon_deg={}{vessel}", OPEN[0][0], OPEN[0][1]);
+    let (status, of_others) = scene.ask("GET", &at("&vessel=2069"), &Value::Null).await;
+    assert_eq!(status, StatusCode::FORBIDDEN, "{of_others}");
+    for (vessel, autonomous) in [("", true), ("&vessel=2068", false), ("&vessel=0x0814", false)] {
+        let (status, near) = scene.ask("GET", &at(vessel), &Value::Null).await;
         assert_eq!((status, &near["depth"]["autonomous"]), (StatusCode::OK, &json!(autonomous)), "{near}");
     }
     let shoal = drawn(&scene, [63.44416, 10.3516], Some(FIRST)).await;
@@ -226,11 +228,14 @@ async fn nobody_is_sent_to_a_place_in_danger_nor_over_one() {
     // What the guard cannot lay out is not passed as safe: a vessel with DUNE has no guard of its own.
     let mut too_fast = goto([63.44416, 10.3516]);
     too_fast["speed_mps"] = json!(4.0);
-    for unjudged in [too_fast, goto([0.0, 0.0])] {
+    for (unjudged, said) in [
+        (too_fast, "It cannot be checked against the chart and was not sent: "),
+        (goto([10.35, 63.44]), "The place is "),
+    ] {
         let (status, answer) = scene.order(unjudged).await;
         assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY, "{answer}");
         let text = answer["error"]["text"].as_str().unwrap();
-        assert!(text.starts_with("It cannot be checked against the chart and was not sent: "), "{text}");
+        assert!(text.starts_with(said), "{text}");
     }
     assert_eq!(scene.order(goto(OPEN[0])).await.0, StatusCode::ACCEPTED);
 }

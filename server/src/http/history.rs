@@ -61,9 +61,9 @@ pub(crate) async fn series(
     Who(who): Who,
     QueryParams(query): QueryParams<SeriesQuery>,
 ) -> Result<Json<Vec<Series>>, ApiError> {
-    let may = move |system: u16| {
-        who.grants.on(system).is_some() && query.system.is_none_or(|wanted| wanted == system)
-    };
+    let wanted = extract::vessel(&state.shore, &who, ("system", query.system.as_deref())).await?;
+    let may =
+        move |system: u16| who.grants.on(system).is_some() && wanted.is_none_or(|wanted| wanted.0 == system);
     Ok(Json(state.shore.history.ask(move |reader| history::series(reader, may)).await?))
 }
 

@@ -289,7 +289,14 @@ async fn a_table_of_a_fixed_receiver_becomes_detections_by_the_register() {
         let answer = shore.send(bearer(request, &researcher), Body::from(entry.to_string())).await;
         assert!(answer.status.is_success(), "{}", answer.body);
     }
+    // A bad row behind good ones: nothing of the file is taken, and no import begins.
+    let bad = format!("{VUE}2026-11-21 08:02,VR2W-109924,A69-1303-63366,,,,,Pier,,\n");
+    let refused = upload(&shore, &operator, "pier.csv", bad).await;
+    assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", refused.body);
+    assert!(refused.body.contains("which has 1 problem:\\nline 4, "), "{}", refused.body);
+    assert_eq!(shore.get("/api/v1/import", &operator).await.body, "[]");
     let first = ended(&shore, &operator, &upload(&shore, &operator, "pier.csv", VUE).await).await;
+    assert_eq!((first.added, first.problems.len()), (2, 0), "both rows are new: {first:?}");
     assert_eq!((first.state, first.added, first.problems.len()), (ImportState::Done, 2, 0), "{first:?}");
     let again = ended(&shore, &operator, &upload(&shore, &operator, "pier.csv", VUE).await).await;
     assert_eq!(again.added, 0, "once, however often it comes");

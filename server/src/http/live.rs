@@ -14,14 +14,17 @@ mod compact;
 use self::compact::Compact;
 use crate::AppState;
 use crate::web::{
-    ApiError, Remote, Who, identify, outgoing::Ended, outgoing::Outgoing, outgoing::PATIENCE,
-    outgoing::bounded,
+    ApiError, Remote, Who, identify,
+    outgoing::Ended,
+    outgoing::Outgoing,
+    outgoing::PATIENCE,
+    outgoing::{Upgrade, bounded},
 };
 use api::{
     LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Role, Subscription, System, Update, say,
 };
 use axum::extract::State;
-use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
+use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -64,7 +67,7 @@ pub(crate) async fn socket(
     Who(who): Who,
     remote: Remote,
     headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
+    Upgrade(upgrade): Upgrade,
 ) -> Response {
     bounded(upgrade, READ_BYTES, FRAME_BYTES).on_upgrade(move |socket| {
         let tasks = state.shore.tasks.clone();

@@ -1,19 +1,19 @@
 //! The log book, for programs and its page.
 
 use crate::AppState;
-use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
+use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, WholeBody, extract};
 use api::{
     LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogNotesFileQuery,
-    LogNotesQuery, Role, Said, say,
+    LogNotesQuery, Role, say,
 };
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
-use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde::Deserialize;
+use shore::Shore;
 use shore::history::export;
 use shore::identity::Principal;
 use shore::logbook::{CSV_HEAD, Cursor, Filter, Logbook};
@@ -33,7 +33,7 @@ pub(crate) async fn list(
     let before = query.before.as_deref().map(Logbook::cursor).transpose()?;
     let LogNotesQuery { vessel, general, from_us, to_us, text, withdrawn, .. } = query;
     let file = LogNotesFileQuery { vessel, general, from_us, to_us, text, withdrawn };
-    let filter = filter(&who, Role::Viewer, file, &state.shore.people.vessels())?;
+    let filter = filter(&state.shore, &who, Role::Viewer, file).await?;
     Ok(Json(state.shore.logbook.page(&who, filter, before, count).await?))
 }
 
@@ -43,7 +43,7 @@ pub(crate) async fn csv(
     Who(who): Who,
     QueryParams(query): QueryParams<LogNotesFileQuery>,
 ) -> Result<Response, ApiError> {
-    let filter = filter(&who, Role::Researcher, query, &state.shore.people.vessels())?;
+    let filter = filter(&state.shore, &who, Role::Researcher, query).await?;
     let logbook = state.shore.logbook.clone();
     // A failure before the first byte is an ordinary error with its reason.
     let first = file_page(&logbook, &who, &filter, None).await?;
@@ -87,14 +87,17 @@ async fn file_page(
 }
 
 /// The requested filter, limited to vessels on which `who` has the role `least`.
-pub(super) fn filter(
+async fn filter(
+    shore: &Shore,
     who: &Principal,
     least: Role,
     query: LogNotesFileQuery,
-    named: &[api::Vessel],
 ) -> Result<Filter, ApiError> {
     let LogNotesFileQuery { vessel, general, from_us, to_us, text, withdrawn } = query;
-    let vessels = export::vessels(vessel.as_deref(), named)?;
+    let mut vessels = Vec::new();
+    for text in export::list(vessel.as_deref()) {
+        vessels.extend(extract::vessel(shore, who, ("vessel", Some(&text))).await?.map(|vessel| vessel.0));
+    }
     if let Some(vessel) = vessels.iter().find(|vessel| who.grants.on(**vessel) < Some(least)) {
         let text = say("vessel: this takes the role {least} on vessel {vessel}. Ask an admin.")
             .with("least", least)
@@ -173,14 +176,14 @@ pub(crate) async fn add_photo(
     Who(who): Who,
     remote: Remote,
     InPath(OneNote { id }): InPath<OneNote>,
-    body: Result<Bytes, BytesRejection>,
+    body: Result<WholeBody, ApiError>,
 ) -> Result<Json<LogNote>, ApiError> {
-    let bytes = body.map_err(|error| match error.status() {
+    let WholeBody(bytes) = body.map_err(|error| match error.status {
         StatusCode::PAYLOAD_TOO_LARGE => ApiError::malformed(
             StatusCode::PAYLOAD_TOO_LARGE,
             say("photo: it has more than 4 MiB. Make it smaller and send it again."),
         ),
-        status => ApiError::malformed(status, Said::as_is(error.body_text())),
+        _ => error,
     })?;
     let from = remote.address.to_string();
     Ok(Json(state.shore.logbook.add_photo(&who, from, id, bytes.into()).await?))

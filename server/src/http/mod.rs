@@ -39,6 +39,8 @@ mod hostile_tests;
 #[cfg(test)]
 mod import_tests;
 mod imports;
+#[cfg(test)]
+mod known_tests;
 mod live;
 #[cfg(test)]
 mod live_tests;
@@ -53,6 +55,8 @@ mod people;
 mod plans;
 #[cfg(test)]
 mod plans_tests;
+#[cfg(test)]
+mod refusals_tests;
 mod register;
 #[cfg(test)]
 mod register_tests;

@@ -1,11 +1,10 @@
 //! People, tokens and sessions for programs.
 
 use crate::AppState;
-use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
-use api::{AuditEntry, Me, NewToken, Person, Role, Said, Session, Token, TokenMade, say};
+use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who};
+use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade, say};
 use axum::Json;
 use axum::extract::State;
-use axum::extract::rejection::JsonRejection;
 use serde::Deserialize;
 use shore::identity::{Via, audit, persons, sessions, tokens};
 use utoipa::IntoParams;
@@ -36,14 +35,13 @@ pub(crate) async fn token_make(
     State(state): State<AppState>,
     Who(who): Who,
     remote: Remote,
-    new: Result<Json<NewToken>, JsonRejection>,
+    new: Result<InBody<NewToken>, ApiError>,
 ) -> Result<Json<TokenMade>, ApiError> {
     if matches!(who.via, Via::Token { .. }) {
         // Otherwise an expiring token could be extended by another.
         return Err(ApiError::forbidden(say("A token cannot make tokens: log in with a browser.")));
     }
-    let Json(new) =
-        new.map_err(|error| ApiError::malformed(error.status(), Said::as_is(error.body_text())))?;
+    let InBody(new) = new?;
     let subject = new.label.clone();
     let make = tokens::Make { person: who.person, new, now: state.shore.clock.utc() };
     Ok(Json(state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, make).await?))

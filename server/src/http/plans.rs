@@ -4,15 +4,13 @@
 //! visible to all and changed by operators of any vessel. Saving drafts is not audited: the revisions have the author.
 
 use crate::AppState;
-use crate::web::{ApiError, InPath, QueryParams, Remote, Who, extract};
+use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, WholeBody, extract};
 use api::{
     Command, ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
     PlanRevision, PlanSummary, PlanUploadRequest, RefusalReason, Role, Said, StoredPlan, say,
 };
 use axum::Json;
-use axum::body::Bytes;
 use axum::extract::State;
-use axum::extract::rejection::{BytesRejection, JsonRejection};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use imc::Address;
@@ -25,7 +23,8 @@ use units::UtcTime;
 /// Characters of a file's name.
 const FILE_NAME: std::ops::RangeInclusive<usize> = 1..=200;
 
-type Sent<T> = Result<Json<T>, JsonRejection>;
+/// A body, taken after rights were checked.
+type Sent<T> = Result<InBody<T>, ApiError>;
 
 /// `GET /api/v1/plans`.
 pub(crate) async fn list(
@@ -89,7 +88,11 @@ pub(crate) async fn save(
         let check = slow(move || plans::check(&judged, now)).await?;
         if let Some(first) = check.problems.first() {
             let count = check.problems.len();
-            let text = say("The plan has {count} problems and stays a draft: {first}");
+            let text = if count == 1 {
+                say("The plan has a problem and stays a draft: {first}")
+            } else {
+                say("The plan has {count} problems and stays a draft: {first}")
+            };
             return Err(refused(text.with("count", count).with_said("first", plans::said(first))));
         }
     }
@@ -217,7 +220,7 @@ pub(crate) async fn import(
     Who(who): Who,
     remote: Remote,
     QueryParams(query): QueryParams<PlanImportQuery>,
-    body: Result<Bytes, BytesRejection>,
+    body: Result<WholeBody, ApiError>,
 ) -> Result<Json<ImportedPlan>, ApiError> {
     let file = query.name;
     if !FILE_NAME.contains(&file.chars().count()) || file.chars().any(char::is_control) {
@@ -228,7 +231,7 @@ pub(crate) async fn import(
                 .with("most", most),
         ));
     }
-    let bytes = body.map_err(|error| ApiError::malformed(error.status(), Said::as_is(error.body_text())))?;
+    let WholeBody(bytes) = body?;
     let told = file.clone();
     let read = slow(move || plans::read(&bytes, &file)).await?;
     let (plan, notes) = read.map_err(|text| {
@@ -299,8 +302,7 @@ fn refused(text: impl Into<Said>) -> ApiError {
 }
 
 fn taken<T>(sent: Sent<T>) -> Result<T, ApiError> {
-    sent.map(|Json(sent)| sent)
-        .map_err(|error| ApiError::malformed(error.status(), Said::as_is(error.body_text())))
+    sent.map(|InBody(sent)| sent)
 }
 
 /// Checking a long plan takes some milliseconds, which must not block other tasks.

@@ -1,15 +1,13 @@
 //! The register of studies, for programs and its page.
 
 use crate::AppState;
-use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who};
+use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, WholeBody};
 use api::{
     RegisterAnswer, RegisterChange, RegisterDeleteQuery, RegisterEntry, RegisterImport, RegisterImportQuery,
-    RegisterQuery, RegisterRecord, Said, say,
+    RegisterQuery, RegisterRecord, say,
 };
 use axum::Json;
-use axum::body::Bytes;
 use axum::extract::State;
-use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use shore::register::Register;
@@ -81,14 +79,14 @@ pub(crate) async fn import(
     Who(who): Who,
     remote: Remote,
     QueryParams(query): QueryParams<RegisterImportQuery>,
-    file: Result<Bytes, BytesRejection>,
+    file: Result<WholeBody, ApiError>,
 ) -> Result<Json<RegisterImport>, ApiError> {
-    let file = file.map_err(|error| match error.status() {
+    let WholeBody(file) = file.map_err(|error| match error.status {
         StatusCode::PAYLOAD_TOO_LARGE => ApiError::malformed(
             StatusCode::PAYLOAD_TOO_LARGE,
             say("file: it has more than 4 MiB. Divide it and send the parts."),
         ),
-        status => ApiError::malformed(status, Said::as_is(error.body_text())),
+        _ => error,
     })?;
     let from = remote.address.to_string();
     Ok(Json(state.shore.register.import(&who, from, file.to_vec(), query).await?))

@@ -286,8 +286,8 @@ async fn what_cannot_be_asked_is_refused_with_what_to_write() {
     let token = shore.token(None, Role::Viewer).await;
     let ask = async |query: &str| -> Answer { shore.get(&format!("/api/v1/table?{query}"), &token).await };
     for (query, said) in [
-        ("series=Voltage.2.value", "missing field `from`"),
-        (SPAN, "missing field `series`"),
+        ("series=Voltage.2.value", "from: this is missing"),
+        (SPAN, "series: this is missing"),
         (&format!("{SPAN}&series="), "series: name one, such as Voltage.2.value"),
         ("from=now-6h&to=now&series=Voltage.2.value", "from: `now-6h` is not a time"),
         (&format!("{SPAN}&series=Voltage.2.valu"), "did you mean `value`?"),
@@ -300,7 +300,7 @@ async fn what_cannot_be_asked_is_refused_with_what_to_write() {
         (&format!("{SPAN}&series=Voltage.2.value&points=0"), "points: 0 is not within 1 to 10000"),
         (&format!("{SPAN}&series=Voltage.2.value&angles=gon"), "angles: give `rad` or `deg`"),
         (&format!("{SPAN}&series=Voltage.2.value&format=xml"), "format: give `json` or `csv`"),
-        (&format!("{SPAN}&series=Voltage.2.value&pixels=3"), "unknown field `pixels`"),
+        (&format!("{SPAN}&series=Voltage.2.value&pixels=3"), "`pixels` is not known here"),
         (
             &format!(
                 "{SPAN}&points=10000&series=Voltage.2.value,Voltage.3.value,EstimatedState.psi,EstimatedState.u"

@@ -1,10 +1,11 @@
 //! `/api/v1/vessels/{vessel}/teleop`: the WebSocket of [`Steering`].
 
 use crate::AppState;
-use crate::web::{OfVessel, Remote, Who, identify, outgoing};
+use crate::web::outgoing::{self, Upgrade};
+use crate::web::{OfVessel, Remote, Who, identify};
 use api::{Role, TeleopMessage};
 use axum::extract::State;
-use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
+use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use imc::Address;
@@ -35,7 +36,7 @@ pub(crate) async fn socket(
     Who(who): Who,
     remote: Remote,
     headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
+    Upgrade(upgrade): Upgrade,
 ) -> Response {
     outgoing::bounded(upgrade, SAY_BYTES, WAITING_BYTES).on_upgrade(move |socket| {
         let tasks = state.shore.tasks.clone();

@@ -417,7 +417,7 @@ async fn what_is_refused_is_said_in_the_reader_s_language() {
     for (path, heading) in [
         ("/nowhere", "<h1>Ikke funnet</h1>"),
         ("/plans/99", "<h1>Ikke funnet</h1>"),
-        ("/vessels/otter", "<h1>Ikke forstått</h1>"),
+        ("/vessels/otter", "<h1>Ikke funnet</h1>"),
     ] {
         let refused = shore.ask(norwegian(path, &cookies), "").await;
         assert!(refused.status.is_client_error(), "{path}: {}", refused.status);

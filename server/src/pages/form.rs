@@ -1,9 +1,8 @@
 //! Forms and addresses as people send them: empty fields mean nothing was said.
 
 use super::frame::PageError;
-use crate::web::ApiError;
+use crate::web::{ApiError, WholeBody, query};
 use api::{Role, Said, say};
-use axum::extract::rejection::FormRejection;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
@@ -15,11 +14,11 @@ pub(super) struct Sent<T>(pub(super) T);
 impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Sent<T> {
     type Rejection = PageError;
     async fn from_request(request: Request, state: &S) -> Result<Self, PageError> {
-        let form = axum::extract::Form::<T>::from_request(request, state).await;
-        let axum::extract::Form(sent) = form.map_err(|error: FormRejection| {
-            ApiError::malformed(error.status(), Said::as_is(error.body_text()))
+        let WholeBody(form) = WholeBody::from_request(request, state).await?;
+        let form = std::str::from_utf8(&form).map_err(|_| {
+            ApiError::bad_request(say("The form is not UTF-8: reload the page and try again."))
         })?;
-        Ok(Self(sent))
+        Ok(Self(query::read(form).map_err(|wrong| ApiError::bad_request(wrong.said()))?))
     }
 }
 

@@ -49,10 +49,14 @@ impl Serving {
         self.state.shore.owners.failed().await
     }
 
-    /// The names that people gave to vessels, by address as the log has it.
-    pub(crate) fn vessel_names(&self) -> Vec<(String, String)> {
+    /// What people and the vessels themselves call vessels, by address as the log has it.
+    pub(crate) async fn vessel_names(&self) -> Vec<(String, String)> {
         let vessels = self.state.shore.people.vessels();
-        vessels.iter().map(|one| (imc::Address(one.address).to_string(), one.name.clone())).collect()
+        let given = vessels.iter().map(|one| (imc::Address(one.address), one.name.clone()));
+        // A server that is stopping hears nothing more.
+        let heard = self.state.shore.fleet.heard().await.unwrap_or_default();
+        let heard = heard.into_iter().filter_map(|(address, name)| Some((address, name?)));
+        given.chain(heard).map(|(address, name)| (address.to_string(), name)).collect()
     }
 
     /// Whether the hub answers; waits without a limit.

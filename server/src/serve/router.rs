@@ -4,15 +4,19 @@ use crate::AppState;
 use crate::web::guard::{RouteContext, guard};
 use crate::web::peer::Peer;
 use crate::web::{
-    ApiError, Kind, Need, Remote, Route, cors, headers, identify, language, measure, slow_bodies,
+    ApiError, BodyLimit, Kind, Need, Remote, Route, cors, headers, identify, language, measure, slow_bodies,
 };
 use crate::{http, pages, transports};
 use api::say;
-use axum::Router;
+use axum::body::HttpBody as _;
 use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::http::StatusCode;
 use axum::http::request::Parts;
-use axum::response::Response;
+use axum::middleware::Next;
+use axum::response::{IntoResponse as _, Response};
+use axum::{Extension, Router};
 use shore::identity::Language;
+use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
@@ -42,6 +46,7 @@ pub(crate) fn router(state: AppState) -> Router {
             state: state.clone(),
             need: route.need,
             kind: route.kind,
+            to_unknown: route.to_unknown,
             refusal: pages::refusal,
         };
         // A gzip file is not compressed again.
@@ -58,18 +63,46 @@ pub(crate) fn router(state: AppState) -> Router {
     }
     router
         .fallback(nowhere)
+        .layer(axum::middleware::from_fn(wrong_method))
         .layer(axum::middleware::from_fn_with_state(Arc::<AtomicU64>::default(), measure::measure))
         .layer(DefaultBodyLimit::max(BODY_BYTES))
+        .layer(Extension(BodyLimit(BODY_BYTES)))
         .layer(RequestBodyTimeoutLayer::new(BODY_PAUSE))
         .layer(axum::middleware::from_fn_with_state(Arc::clone(&state.config), cors::answer))
         .layer(axum::middleware::from_fn(headers::add))
-        .layer(CatchPanicLayer::new())
+        .layer(CatchPanicLayer::custom(panicked))
         .with_state(state)
+}
+
+/// The kind of client that probably asks for an address that has no route.
+fn kind_of(path: &str) -> Kind {
+    if path.starts_with("/api/") { Kind::Api } else { Kind::Page }
+}
+
+/// Puts words into the refusal of a method that an address does not have: the router makes it without any. Which methods the address
+/// has stands in the header `Allow`, which the router adds to the answer.
+async fn wrong_method(request: Request, next: Next) -> Response {
+    let (method, kind) = (request.method().clone(), kind_of(request.uri().path()));
+    let language = language::asked(request.headers());
+    let response = next.run(request).await;
+    let is_empty = response.body().size_hint().exact() == Some(0);
+    if response.status() != StatusCode::METHOD_NOT_ALLOWED || !is_empty {
+        return response;
+    }
+    let text =
+        say("{method} is not possible at this address; the header Allow says what is").with("method", method);
+    let error = ApiError::new(StatusCode::METHOD_NOT_ALLOWED, "wrong_method", text);
+    language::within(language, async { pages::refusal(kind, None, error) }).await
+}
+
+/// The answer of a handler that panicked; the panic itself is logged.
+fn panicked(_: Box<dyn Any + Send>) -> Response {
+    ApiError::internal(&"a handler panicked").into_response()
 }
 
 async fn nowhere(State(state): State<AppState>, request: Request) -> Response {
     let (parts, _) = request.into_parts();
-    let kind = if parts.uri.path().starts_with("/api/") { Kind::Api } else { Kind::Page };
+    let kind = kind_of(parts.uri.path());
     let error = ApiError::not_found(say("There is nothing here. The fleet is at /."));
     let language = reads(&state, &parts).await;
     language::within(language, async { pages::refusal(kind, None, error) }).await

@@ -1,9 +1,10 @@
 //! One connection of a vessel.
 
 use crate::AppState;
-use crate::web::{LinkOf, outgoing};
+use crate::web::LinkOf;
+use crate::web::outgoing::{self, Upgrade};
 use axum::extract::State;
-use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
+use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use axum::http::{HeaderMap, header};
 use axum::response::Response;
 use futures_util::stream::{SplitSink, SplitStream};
@@ -27,7 +28,7 @@ pub(crate) async fn open(
     State(state): State<AppState>,
     LinkOf(vessel): LinkOf,
     headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
+    Upgrade(upgrade): Upgrade,
 ) -> Response {
     let (links, tasks) = (state.shore.links.clone(), state.shore.tasks.clone());
     let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());

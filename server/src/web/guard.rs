@@ -29,6 +29,8 @@ pub(crate) struct RouteContext {
     pub(crate) state: AppState,
     pub(crate) need: Need,
     pub(crate) kind: Kind,
+    /// Whether the vessel in the path may be one that is not known.
+    pub(crate) to_unknown: bool,
     /// Formats a refusal for the kind of client.
     pub(crate) refusal: Refusal,
 }
@@ -180,13 +182,7 @@ async fn may(
             least,
             say("{name} may not do this: that needs the role {role} on at least one vessel. Ask an admin."),
         ),
-        Need::OnVessel(least) => {
-            let vessel = vessel_in_path(request).await?;
-            request.extensions_mut().insert(OfVessel(Address(vessel)));
-            let text =
-                say("{name} may not do this: that needs the role {role} on vessel {vessel}. Ask an admin.");
-            (who.grants.on(vessel), least, text.with("vessel", vessel))
-        }
+        Need::OnVessel(least) => return may_on_vessel(post, request, who, least).await,
         Need::Everywhere(_) | Need::Figures => (
             who.grants.everywhere(),
             if let Need::Everywhere(least) = post.need { least } else { Role::Admin },
@@ -200,13 +196,31 @@ async fn may(
     Err(ApiError::forbidden(text.with("name", &who.name).with("role", least)))
 }
 
-async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
+/// Whether `who` may use a route of the vessel in the path, which is given by name or address.
+async fn may_on_vessel(
+    post: &RouteContext,
+    request: &mut Request,
+    who: &Principal,
+    least: Role,
+) -> Result<(), ApiError> {
     let parameters =
         request.extract_parts::<RawPathParams>().await.map_err(|error| ApiError::internal(&error))?;
-    let vessel = parameters.iter().find(|(name, _)| *name == "vessel").map(|(_, value)| value);
-    let vessel = vessel.ok_or_else(|| ApiError::internal(&"a route for a vessel without {vessel}"))?;
-    shore::identity::vessels::address(vessel)
-        .map_err(|error| ApiError::bad_request(say("vessel in the path: {error}").with("error", error)))
+    let text = parameters.iter().find(|(name, _)| *name == "vessel").map(|(_, value)| value);
+    let text = text.ok_or_else(|| ApiError::internal(&"a route for a vessel without {vessel}"))?;
+    let shore = &post.state.shore;
+    let sees = |vessel: u16| who.grants.on(vessel).is_some();
+    let vessel = shore.address_of(text, &sees).await?;
+    if who.grants.on(vessel.0) < Some(least) {
+        let text =
+            say("{name} may not do this: that needs the role {role} on vessel {vessel}. Ask an admin.");
+        let text = text.with("vessel", vessel.0).with("name", &who.name).with("role", least);
+        return Err(ApiError::forbidden(text));
+    }
+    if !post.to_unknown {
+        shore.must_be_known(vessel, &sees).await?;
+    }
+    request.extensions_mut().insert(OfVessel(vessel));
+    Ok(())
 }
 
 /// Refuses changes and sockets that another site's page requests with our cookie.

@@ -6,10 +6,13 @@
 //! does not complete its TLS handshake or its request's head in ten seconds is dropped.
 
 use super::connections::{Placed, Places};
+use super::error::ApiError;
 use super::peer::Peer;
+use api::say;
 use axum::Router;
 use axum::body::Body;
-use axum::http::Request;
+use axum::http::{Request, StatusCode};
+use axum::response::{IntoResponse as _, Response};
 use hyper::body::Incoming;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use std::net::{IpAddr, SocketAddr};
@@ -21,8 +24,9 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt as _;
 
-/// Most bytes of a request's head.
+/// Most bytes of a request's head: beyond these it is refused in words, and beyond the buffer, which `hyper` watches, without.
 const HEAD_BYTES: usize = 32 * 1024;
+const BUFFER_BYTES: usize = 48 * 1024;
 /// How long a peer may take for its handshake, and again for a request's head.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long requests that are being answered may take to end once the server stops.
@@ -104,18 +108,38 @@ async fn shake_hands(
     }
 }
 
+/// About how many bytes the head of a request had.
+fn head_bytes(request: &Request<Incoming>) -> usize {
+    let target = request.uri().path_and_query().map_or(0, |target| target.as_str().len());
+    let headers = request.headers().iter().map(|(name, value)| name.as_str().len() + value.len() + 4);
+    target + headers.sum::<usize>()
+}
+
+fn head_too_large() -> Response {
+    let text =
+        say("Address and headers have more than {most} bytes, which is the most; ask for less at a time")
+            .with("most", HEAD_BYTES);
+    ApiError::new(StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE, "head_too_large", text).into_response()
+}
+
 async fn converse<S>(stream: S, peer: Peer, router: Router, stop: CancellationToken)
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
     let service = hyper::service::service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(peer);
-        router.clone().oneshot(request.map(Body::new))
+        let router = router.clone();
+        async move {
+            if head_bytes(&request) > HEAD_BYTES {
+                return Ok(head_too_large());
+            }
+            router.oneshot(request.map(Body::new)).await
+        }
     });
     let connection = hyper::server::conn::http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(HEAD_TIMEOUT)
-        .max_buf_size(HEAD_BYTES)
+        .max_buf_size(BUFFER_BYTES)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);

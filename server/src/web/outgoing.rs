@@ -4,7 +4,12 @@
 //! nothing must not fill the memory: the reading half stops while [`Outgoing::waits`], and a peer that reads nothing for
 //! [`PATIENCE`] is disconnected.
 
+use super::error::ApiError;
+use api::say;
+use axum::extract::FromRequestParts;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::http::request::Parts;
+use axum::response::IntoResponse as _;
 use futures_util::SinkExt as _;
 use futures_util::stream::SplitSink;
 use std::time::Duration;
@@ -14,6 +19,20 @@ use tokio::time::{Instant, timeout_at};
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 /// Size of the read buffer. The library's default of 128 KiB would be allocated for each socket.
 const READ_AT_ONCE: usize = 16 * 1024;
+
+/// A request for a WebSocket; another is refused with what to do instead.
+pub(crate) struct Upgrade(pub(crate) WebSocketUpgrade);
+
+impl<S: Send + Sync> FromRequestParts<S> for Upgrade {
+    type Rejection = ApiError;
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
+        let upgrade = WebSocketUpgrade::from_request_parts(parts, state).await;
+        upgrade.map(Self).map_err(|error| {
+            let text = say("This address is a WebSocket: connect to it by ws:// or wss://");
+            ApiError::malformed(error.into_response().status(), text)
+        })
+    }
+}
 
 /// An upgrade that reads messages of at most `read_bytes`, and queues at most `waiting_bytes` that its peer has not read:
 /// beyond that pongs replace each other, and sending fails, which ends the socket.

@@ -1,11 +1,14 @@
 //! One row of the table of routes: the source of the router, the OpenAPI document and the test of permissions.
 
+use super::extract::BodyLimit;
 use crate::AppState;
 use api::Role;
+use axum::Extension;
 use axum::extract::DefaultBodyLimit;
 use axum::handler::Handler;
 use axum::http::Method;
 use axum::routing::{MethodFilter, MethodRouter, on};
+use std::convert::Infallible;
 use utoipa::openapi::path::Parameter;
 use utoipa::openapi::{RefOr, Schema};
 use utoipa::{IntoParams, PartialSchema, ToSchema};
@@ -44,6 +47,7 @@ pub(crate) enum Kind {
 pub(crate) type Shape = (String, RefOr<Schema>, Vec<(String, RefOr<Schema>)>);
 
 /// One row.
+#[expect(clippy::struct_excessive_bools, reason = "each is a property of its own")]
 pub(crate) struct Route {
     pub(crate) method: Method,
     pub(crate) path: &'static str,
@@ -64,6 +68,8 @@ pub(crate) struct Route {
     pub(crate) packed: bool,
     /// Whether it limits the pace of its body itself.
     pub(crate) paces: bool,
+    /// Whether the vessel in its path may be one that is not known.
+    pub(crate) to_unknown: bool,
 }
 
 impl Route {
@@ -161,6 +167,7 @@ impl Route {
             query: Vec::new(),
             packed: false,
             paces: false,
+            to_unknown: kind == Kind::Page,
         }
     }
 
@@ -188,9 +195,16 @@ impl Route {
         self
     }
 
+    /// Its vessel may be one that is not known: STOP is sent in any case.
+    pub(crate) fn reaches_unknown(mut self) -> Self {
+        self.to_unknown = true;
+        self
+    }
+
     /// Its body may have so many bytes.
     pub(crate) fn body_bytes(mut self, most: usize) -> Self {
-        self.handler = self.handler.layer(DefaultBodyLimit::max(most));
+        let limited = self.handler.layer::<_, Infallible>(DefaultBodyLimit::max(most));
+        self.handler = limited.layer(Extension(BodyLimit(most)));
         self
     }
 

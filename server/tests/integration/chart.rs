@@ -32,11 +32,20 @@ fn a_cell_is_imported_asked_exported_and_removed() {
     assert_eq!(json(data, &["list"])["digest"], done["digest"]);
     // The census of data/charts/README.md.
     assert_eq!(json(data, &["info", "gb5x01nw"])["charts"][0]["classes"]["DEPARE"], 54);
-    assert_eq!(json(data, &["depth", "--at", "-32.0,60.9"])["water"], "no data");
+    // What is not navigable is an answer, and a failure for scripts.
+    let unknown = chart(data, &["depth", "--at", "-32.0,60.9", "--json"]);
+    let told: Value = serde_json::from_slice(&unknown.stdout).unwrap();
+    assert_eq!((&told["water"], &told["navigable"]), (&"no data".into(), &false.into()), "{told}");
+    assert_eq!(unknown.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("the place is not navigable with these needs"));
     let point = chart(data, &["depth", "--at", "-32.47,60.9"]);
     assert!(String::from_utf8_lossy(&point.stderr).contains("--radius M"), "single rocks are not looked at");
-    assert!(chart(data, &["depth", "--at", "-32.47,60.9", "--radius", "10"]).stderr.is_empty());
-    let corridor = json(data, &["corridor", "--from", "-32.49,60.88", "--to", "-32.46,60.95"]);
+    let around = chart(data, &["depth", "--at", "-32.47,60.9", "--radius", "10"]);
+    assert!(!String::from_utf8_lossy(&around.stderr).contains("--radius M"));
+    let corridor = chart(data, &["corridor", "--from", "-32.49,60.88", "--to", "-32.46,60.95", "--json"]);
+    let is_navigable = corridor.status.success();
+    let corridor: Value = serde_json::from_slice(&corridor.stdout).unwrap();
+    assert_eq!(is_navigable, corridor["first_danger"].is_null(), "{corridor}");
     assert_eq!(corridor["object"]["chart"], "GB5X01NW", "{corridor}");
 
     let csv = data.join("grid.csv");

@@ -165,6 +165,42 @@ fn folder_of(line: &str) -> PathBuf {
     line.split(" in ").nth(1).unwrap().split(',').next().unwrap().into()
 }
 
+/// A demo is ended, and another killed, as soon as its folder is there: long before its server is.
+#[test]
+fn one_that_is_ended_at_once_leaves_nothing_and_what_a_killed_one_left_goes_with_the_next() {
+    if !agent_is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let begun = || {
+        let mut command = Command::new(PROGRAM);
+        command.args(["demo", "--listen", "127.0.0.1:0", "--no-cut", "--no-past", "--otters", "1"]);
+        command.env("TMPDIR", folder.path()).env_remove("LUTRA_DEMO_SECONDS").stdout(Stdio::piped());
+        command.spawn().unwrap()
+    };
+    let folders =
+        || fs::read_dir(folder.path()).unwrap().flatten().map(|entry| entry.path()).collect::<Vec<_>>();
+    let found = || until("a folder", || folders().into_iter().find(|folder| folder.join("lock").exists()));
+    let ended = |demo: Child| String::from_utf8(demo.wait_with_output().unwrap().stdout).unwrap();
+    let mut killed = begun();
+    let left = found();
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    assert_eq!(folders(), std::slice::from_ref(&left));
+
+    let demo = begun();
+    until("another folder", || {
+        folders().into_iter().find(|folder| *folder != left && folder.join("lock").exists())
+    });
+    signal(demo.id(), "INT");
+    let said = ended(demo);
+    assert!(
+        said.contains(&format!("removed   {}, which a demo left that was killed", left.display())),
+        "{said}"
+    );
+    assert_eq!(folders(), Vec::<PathBuf>::new(), "{said}");
+}
+
 #[test]
 fn otters_sail_before_a_browser_and_all_ends_with_it() {
     if !agent_is_there() {

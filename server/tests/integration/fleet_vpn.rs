@@ -304,3 +304,15 @@ fn a_bundle_says_when_the_files_of_the_vpn_are_not_those_of_the_fleet() {
     ]);
     assert!(!told.contains(note), "{told}");
 }
+
+#[test]
+fn the_folder_of_the_vpn_is_remembered_and_a_revoked_key_is_taken_out_of_the_files_that_are_read() {
+    let ashore = Ashore::new(TWO);
+    let apart = ashore.beside("apart");
+    ashore.apply(&["--vpn-dir", apart.to_str().unwrap()]);
+    let read = || fs::read_to_string(apart.join("lutra.conf")).unwrap();
+    assert_eq!(read().matches("[Peer]").count(), 2, "{}", read());
+    ashore.run(&["fleet", "revoke", "otter-2"]);
+    assert_eq!(read().matches("[Peer]").count(), 1, "{}", read());
+    assert!(!ashore.data().join("vpn").exists(), "a second set of files");
+}

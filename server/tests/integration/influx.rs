@@ -52,7 +52,7 @@ async fn everything_goes_there_also_what_came_while_it_was_away() {
     let Some(log) = testkit::shared("data/imc/dune_log_a/Data.lsf.gz") else { return };
     let (data, store, port) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap(), free_port());
     // The log is in the archive before there is an InfluxDB.
-    run(data.path(), &["import", log.to_str().unwrap()]);
+    run(data.path(), &["import", "--new", log.to_str().unwrap()]);
     let url = format!("sinks.influx.url=http://127.0.0.1:{port}");
     let serve = || {
         Command::new(crate::support::program::SERVER)

@@ -187,8 +187,24 @@ fn mistakes_are_told_with_their_remedy() {
     wrong(&["serve", "--config", "/nowhere.toml"], "/nowhere.toml");
     let nowhere = folder.path().join("slip");
     for command in [
+        &["user", "list"] as &[&str],
+        &["user", "passwd", "nils"],
+        &["user", "role", "nils", "admin"],
+        &["user", "remove", "nils"],
+        &["vessel", "list"],
+        &["vessel", "remove", "otter-1"],
+        &["token", "list"],
+        &["token", "create", "--link", "0x0814"],
+        &["register", "export", "tag"],
+    ] {
+        let output = run(&nowhere, command);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && told.contains("slip has no app.db"), "{command:?}: {told}");
+    }
+    for command in [
         &["reindex"] as &[&str],
         &["export"],
+        &["import", "/nowhere.lsf"],
         &["backup", "/tmp"],
         &["prune", "--archive-before", "2020-01-01"],
     ] {
@@ -200,6 +216,16 @@ fn mistakes_are_told_with_their_remedy() {
         );
     }
     assert!(!nowhere.exists(), "nothing is made where nothing was");
+}
+
+#[test]
+fn options_of_tables_are_refused_for_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("archive")).unwrap();
+    let output = run(folder.path(), &["export", "--format", "lsf", "--degrees", "--field", "psi"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let said = "a log has the packets as they came: leave --field, --degrees out, or write another --format";
+    assert!(!output.status.success() && told.contains(said), "{told}");
 }
 
 #[test]
@@ -274,6 +300,14 @@ fn garbage_is_refused_and_disturbs_nobody() {
         let start: String = request.chars().take(60).collect();
         assert!(statuses.contains(&status), "{status} for {start}");
     }
+    // A head that is not much too large is refused in words.
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let large = format!("GET / HTTP/1.1\r\nhost: a\r\nconnection: close\r\nx: {}\r\n\r\n", &long[..40_000]);
+    stream.write_all(large.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 431") && answer.contains("more than 32768 bytes"), "{answer}");
     assert!(server.get("/healthz").starts_with("HTTP/1.1 200"));
 }
 

@@ -168,7 +168,7 @@ fn by_import_it_is_whole_and_importing_it_again_adds_nothing() {
     let Some((path, mut said)) = recording() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = path.to_str().unwrap();
-    assert_eq!(run(folder.path(), &["import", path]), "1 log, 74372 packets, 74372 new\n");
+    assert_eq!(run(folder.path(), &["import", "--new", path]), "1 log, 74372 packets, 74372 new\n");
     assert_whole(folder.path(), &said, true);
     let before = archived(folder.path(), OTTER);
     assert_eq!(run(folder.path(), &["import", path]), "1 log, 74372 packets, 0 new\n");

@@ -69,8 +69,11 @@ struct Script {
 }
 
 impl Script {
-    /// For a server that does not run yet: makes a person and a token.
+    /// For a server that does not run yet: names the vessel, so that it is known before it is heard, and makes a token.
     fn token(data: &Path) -> String {
+        if run(data, &["vessel", "list"]).is_empty() {
+            run(data, &["vessel", "add", "dune", &DUNE.0.to_string()]);
+        }
         run(data, &["token", "create", "--person", "nils", "--role", "operator"]).trim().to_owned()
     }
 

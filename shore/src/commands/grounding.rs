@@ -19,6 +19,11 @@ use mission::Plan;
 use operations::{Operations, Order};
 use units::LatLon;
 
+/// Farther from the vessel no place is gone to (m): it is more than a battery lasts for, and probably a slip of the finger.
+const FARTHEST_M: f64 = 100_000.0;
+/// Mean radius of the earth (m).
+const MEAN_RADIUS_M: f64 = 6_371_008.8;
+
 /// Handle of the guard; cheap to clone.
 #[derive(Clone)]
 pub struct Grounding {
@@ -33,6 +38,40 @@ pub struct Judge {
     charts: Charts,
     limits: Limits,
     from: Option<LatLon>,
+}
+
+/// The refusal of a place that is too far from the vessel; says whether its coordinates may have been swapped.
+fn too_far(from: LatLon, place: LatLon) -> Option<Error> {
+    let km = |length_m: f64| (length_m / 1000.0).round();
+    // About a metre, without what radians left behind the comma.
+    let shown = |angle_deg: f64| (angle_deg * 1e5).round() / 1e5;
+    let distance_m = far_m(from, place);
+    if distance_m <= FARTHEST_M {
+        return None;
+    }
+    let swapped = LatLon::from_deg(place.lon_deg(), place.lat_deg()).ok();
+    let near = swapped.map(|swapped| (swapped, far_m(from, swapped))).filter(|(_, m)| *m <= FARTHEST_M);
+    let text = match near {
+        Some((swapped, near_m)) => say(
+            "The place is {distance} km from the vessel, and Go there goes {most} km at most: nothing was sent. Are latitude and \
+             longitude swapped? {lat}, {lon} is {near} km from it.",
+        )
+        .with("lat", shown(swapped.lat_deg()))
+        .with("lon", shown(swapped.lon_deg()))
+        .with("near", km(near_m)),
+        None => say(
+            "The place is {distance} km from the vessel, and Go there goes {most} km at most: nothing was sent. Look at the \
+             coordinates, or send the vessel by a plan.",
+        ),
+    };
+    Some(Error::refused(text.with("distance", km(distance_m)).with("most", km(FARTHEST_M))))
+}
+
+/// Distance on a sphere (m), to half a percent at any length: haversine formula, mean radius of the earth.
+fn far_m(from: LatLon, to: LatLon) -> f64 {
+    let half = |from_rad: f64, to_rad: f64| ((to_rad - from_rad) / 2.0).sin().powi(2);
+    let across = from.lat_rad().cos() * to.lat_rad().cos() * half(from.lon_rad(), to.lon_rad());
+    2.0 * MEAN_RADIUS_M * (half(from.lat_rad(), to.lat_rad()) + across).sqrt().min(1.0).asin()
 }
 
 impl Judge {
@@ -88,6 +127,12 @@ impl Grounding {
     /// # Errors
     /// Plans cannot be read, or the server is stopping.
     pub async fn danger(&self, vessel: Address, order: &Order) -> Result<Option<Error>> {
+        if let Order::Goto { place, .. } = order
+            && let Some(from) = self.fleet.place(vessel).await
+            && let Some(refused) = too_far(from, *place)
+        {
+            return Ok(Some(refused));
+        }
         let nothing = self.charts.set().is_none() && self.charts.trouble().is_none();
         if nothing && self.charts.not_closed().is_none() {
             return Ok(None);
@@ -152,5 +197,29 @@ impl Grounding {
             specifications.into_iter().find(|plan| digest(plan).is_some_and(|digest| digest[..] == md5[..]))
         };
         slow(same).await
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_far_away_is_refused_with_its_distance_and_the_swapped_coordinates_where_they_are_near() {
+        let place = |lat_deg, lon_deg| LatLon::from_deg(lat_deg, lon_deg).unwrap();
+        let from = place(63.44, 10.4);
+        assert_eq!(too_far(from, place(63.5, 10.5)), None);
+        // Distances by an independent calculation, to a kilometre.
+        let swapped = too_far(from, place(10.5, 63.5)).unwrap().text.to_string();
+        assert!(
+            swapped.starts_with("The place is 7197 km from the vessel") && swapped.contains("100 km at most"),
+            "{swapped}"
+        );
+        assert!(
+            swapped.ends_with("Are latitude and longitude swapped? 63.5, 10.5 is 8 km from it."),
+            "{swapped}"
+        );
+        let far = too_far(from, place(60.0, 5.0)).unwrap().text.to_string();
+        assert!(far.contains("476 km") && far.ends_with("or send the vessel by a plan."), "{far}");
     }
 }

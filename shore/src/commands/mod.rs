@@ -18,6 +18,7 @@ pub use stop::{Stop, Stops};
 
 use crate::error::{Error, Result};
 use crate::identity::{Fault, Line, People, Principal};
+use crate::known::one_vessel;
 use crate::router::Router;
 use api::{Command, Lease, PlansAboard, say};
 use hub::CommandId;
@@ -87,7 +88,7 @@ impl Commands {
     /// even while the disk hangs.
     ///
     /// # Errors
-    /// Another user has control.
+    /// Another user has control, or the address is not that of one vessel.
     pub async fn ask_lease(
         &self,
         vessel: Address,
@@ -95,6 +96,7 @@ impl Commands {
         ask: LeaseRequest,
         reason: &str,
     ) -> Result<Lease> {
+        one_vessel(vessel)?;
         let subject = if reason.is_empty() { vessel.to_string() } else { format!("{vessel}: {reason}") };
         let action = match ask {
             LeaseRequest::Request(_) => Some("lease.request"),

@@ -8,6 +8,7 @@ use super::log::of_command;
 use super::{Commands, Issuer};
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::Line;
+use crate::known::one_vessel;
 use api::{Ordered, say};
 use hub::Dispatched;
 use imc::Address;
@@ -62,7 +63,7 @@ impl Commands {
     /// Stops a vessel, and waits for the outcome.
     ///
     /// # Errors
-    /// The key is too long, or the server could not carry it out.
+    /// The key is too long, the address is not that of one vessel, or the server could not carry it out.
     pub async fn stop(&self, vessel: Address, by: Issuer, key: &str) -> Outcome {
         self.begin_stop(vessel, by, key)?.outcome().await
     }
@@ -70,8 +71,9 @@ impl Commands {
     /// Begins to stop a vessel, at once and without waiting, or finds the stop that this one repeats.
     ///
     /// # Errors
-    /// The key is too long.
+    /// The key is too long, or the address is not that of one vessel.
     pub fn begin_stop(&self, vessel: Address, by: Issuer, key: &str) -> Result<Stop> {
+        one_vessel(vessel)?;
         if key.len() > KEY_BYTES || by.window.len() > KEY_BYTES {
             let text = say("key and window have {most} bytes at most").with("most", KEY_BYTES);
             return Err(Error::new(ErrorKind::Malformed, text));
@@ -89,12 +91,15 @@ impl Commands {
     }
 
     /// Sends the stop over the hub's downlink as soon as the hub is free. The request and its progress are written into the
-    /// audit log afterwards, so that a slow disk does not delay the stop.
+    /// audit log afterwards, so that a slow disk does not delay the stop. For the same reason a vessel of which only the history
+    /// knows counts as unknown: it is stopped all the same.
     async fn carry_out_stop(&self, vessel: Address, by: &Issuer) -> Outcome {
         // Whatever becomes of it, that it was asked for is known.
         tracing::warn!(%vessel, person = by.who.name, "a stop is asked for");
         let (asked, people) = (by.ordered_by(), self.people.clone());
+        let named = people.is_named(vessel);
         let give = move |operations: &mut Operations, now: Now| {
+            let known = named || operations.fleet().system(vessel).is_some();
             let stopped = operations.stop(now, vessel, &asked);
             let subject = vessel.to_string();
             people.note(Line {
@@ -110,7 +115,7 @@ impl Commands {
                 Some(Dispatched::Waits(transports)) => (!transports.is_empty(), true),
                 Some(Dispatched::Refused(_)) | None => (false, false),
             };
-            Ok::<_, api::Said>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
+            Ok::<_, api::Said>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits, known })
         };
         let given = self.router.ask_first(give).await.inspect_err(|stopped| {
             let asked = by.ordered_by();
@@ -123,9 +128,12 @@ impl Commands {
                 outcome: format!("not given: {stopped}"),
             });
         })?;
-        let (command, reached, waits) =
-            given.as_ref().map_or((0, false, false), |ordered| (ordered.id, ordered.reached, ordered.waits));
-        tracing::warn!(command, %vessel, person = by.who.name, reached, waits, "stop");
+        match &given {
+            Ok(Ordered { id: command, reached, waits, known, .. }) => {
+                tracing::warn!(command, %vessel, person = by.who.name, reached, waits, known, "stop");
+            }
+            Err(why) => tracing::error!(%vessel, person = by.who.name, %why, "a stop was not given"),
+        }
         given.map_err(Error::refused)
     }
 }

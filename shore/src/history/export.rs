@@ -263,19 +263,6 @@ fn messages(text: Option<&str>) -> Result<Option<Vec<String>>, Wrong> {
     names.iter().map(|name| message(name).map(str::to_owned)).collect::<Result<_, _>>().map(Some)
 }
 
-/// Vessels by their names or addresses; empty for all.
-///
-/// # Errors
-/// One is neither.
-pub fn vessels(text: Option<&str>, named: &[Vessel]) -> Result<Vec<u16>, Wrong> {
-    let known = named.iter().map(|vessel| (Address(vessel.address), vec![vessel.name.clone()])).collect();
-    let find = |text: &String| match crate::identity::vessels::address(text) {
-        Ok(address) => Ok(address),
-        Err(_) => store::system(&known, text).map(|address| address.0),
-    };
-    list(text).iter().map(find).collect()
-}
-
 /// Tags by protocol and number, or by number; empty for all.
 ///
 /// # Errors

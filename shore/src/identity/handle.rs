@@ -16,6 +16,7 @@ use super::{password, persons, tokens};
 use crate::clock::Clock;
 use crate::owners::Owners;
 use api::{Role, Vessel};
+use imc::Address;
 use sqlx::{Connection as _, SqliteConnection};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -237,6 +238,11 @@ impl People {
     /// The vessels that people have named.
     pub fn vessels(&self) -> Arc<[Vessel]> {
         self.register.vessels()
+    }
+
+    /// Whether people have named a vessel with this address.
+    pub fn is_named(&self, vessel: Address) -> bool {
+        self.register.vessels().iter().any(|named| named.address == vessel.0)
     }
 
     /// Vessels that have used their link, and still have a valid token.

@@ -20,13 +20,18 @@ pub(super) struct LinkOrders {
     late: Arc<AtomicU64>,
     /// The names of the vessel's ways, by connection.
     ways: BTreeMap<ConnectionId, String>,
+    /// What became of the latest orders, by their number on the link: a receipt that comes later may say another thing.
+    ended: BTreeMap<u64, &'static str>,
 }
+
+/// Most orders whose outcome is remembered.
+const ENDED: usize = 1_000;
 
 impl LinkOrders {
     /// None yet. Numbers begin at `first`, which no start of the program repeats; `late` counts stick positions.
     pub(super) fn new(vessel: Address, first: u64, late: Arc<AtomicU64>) -> Self {
-        let (orders, sticks, ways) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new());
-        Self { vessel, next: first, first, orders, sticks, late, ways }
+        let (orders, ways, ended) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        Self { vessel, next: first, first, orders, sticks: BTreeSet::new(), late, ways, ended }
     }
 
     /// The number of a packet that is given to the link, and of its order ashore (0 for none).
@@ -52,10 +57,15 @@ impl LinkOrders {
         self.ways.extend(way.map(|way| (id, way.to_owned())));
     }
 
-    /// A command went over a connection, for this time.
-    pub(super) fn sent(&self, (id, order): (u64, u64), over: ConnectionId, times: u32) {
-        let way = self.ways.get(&over).map_or("", String::as_str);
-        tracing::info!(command = order, vessel = %self.vessel, link = id, way, times, "sent on the link");
+    /// A command went over a connection, for this time, or was not taken by it.
+    pub(super) fn sent(&self, (id, order): (u64, u64), (over, is_taken): (ConnectionId, bool), times: u32) {
+        let (vessel, way) = (self.vessel, self.ways.get(&over).map_or("", String::as_str));
+        if is_taken {
+            tracing::info!(command = order, %vessel, link = id, way, times, "sent on the link");
+        } else {
+            let text = "not sent on this connection, which takes nothing more and is closed";
+            tracing::warn!(command = order, %vessel, link = id, way, times, "{text}");
+        }
     }
 
     /// The outcome of a packet: the command that it is the outcome of.
@@ -77,6 +87,10 @@ impl LinkOrders {
             }
             return None;
         };
+        self.ended.insert(id, word);
+        if self.ended.len() > ENDED {
+            self.ended.pop_first();
+        }
         let (vessel, command_id) = (self.vessel, command.0);
         match outcome {
             Outcome::Received => {
@@ -99,12 +113,22 @@ impl LinkOrders {
     /// A receipt that nothing waits for: one of many that came by several ways, or an earlier start of this program waited.
     pub(super) fn stray(&self, Receipt { id, verdict, text, order }: &Receipt) {
         let (vessel, outcome) = (self.vessel, verdict.name());
-        if (self.first..self.next).contains(id) {
+        if let Some(before) = self.changed(*id, outcome) {
+            let late = "the vessel answers late, and other than was taken for its outcome";
+            tracing::info!(command = order, %vessel, link = id, outcome, before, text, "{late}");
+        } else if (self.first..self.next).contains(id) {
             tracing::debug!(command = order, %vessel, link = id, outcome, text, "answered again on the link");
         } else {
             let earlier = "the vessel answers a command that was given before this server started";
             tracing::info!(command = order, %vessel, link = id, outcome, text, "{earlier}");
         }
+    }
+}
+
+impl LinkOrders {
+    /// What the outcome of an order was taken to be, where a receipt says another.
+    fn changed(&self, id: u64, outcome: &str) -> Option<&'static str> {
+        self.ended.get(&id).copied().filter(|before| *before != outcome)
     }
 }
 
@@ -131,5 +155,30 @@ mod tests {
         let outcomes = [100, 101, 102, 103].map(|id| orders.outcome(id, &Outcome::Expired));
         assert_eq!(outcomes, [None, Some(CommandId(7)), None, None]);
         assert_eq!(late.load(Ordering::Relaxed), 1, "the stick position alone");
+    }
+
+    #[test]
+    fn a_late_receipt_is_news_where_it_says_another_thing_than_was_taken_for_the_outcome() {
+        let mut orders = LinkOrders::new(Address(0x2810), 100, Arc::default());
+        let tag = Tag {
+            id: Some(CommandId(7)),
+            is_copy: false,
+            epoch: 0,
+            expires: units::MonoTime::default(),
+            urgency: Urgency::Stop,
+        };
+        for outcome in [Outcome::Unanswered, Outcome::Received] {
+            let (id, _) = orders.given(Some(&tag));
+            assert_eq!(orders.changed(id, "received"), None, "it is not known yet");
+            orders.outcome(id, &outcome);
+        }
+        assert_eq!(orders.changed(100, "received"), Some("unanswered"));
+        assert_eq!(orders.changed(101, "received"), None, "it came by a second way");
+        assert_eq!(orders.changed(101, "refused"), Some("received"));
+        for _ in 0..ENDED {
+            let (id, _) = orders.given(Some(&tag));
+            orders.outcome(id, &Outcome::Received);
+        }
+        assert_eq!((orders.ended.len(), orders.changed(100, "received")), (ENDED, None));
     }
 }

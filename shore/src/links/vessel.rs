@@ -273,7 +273,11 @@ impl Task {
                 ShoreOutput::ChartPart(id, ask) => self.read_chart(id, ask),
                 ShoreOutput::ChartReport(report) => self.chart_aboard(report),
                 ShoreOutput::Ways(report) => self.ways_told(report),
-                ShoreOutput::Sent { id, order, over, times } => self.orders.sent((id, order), over, times),
+                ShoreOutput::Sent { id, order, over, times } => {
+                    // A connection whose channel was full is gone by now.
+                    let is_taken = self.connections.contains_key(&over);
+                    self.orders.sent((id, order), (over, is_taken), times);
+                }
                 ShoreOutput::Stray(receipt) => self.orders.stray(&receipt),
                 ShoreOutput::Outcome(id, outcome) => {
                     if let Some(command) = self.orders.outcome(id, &outcome) {

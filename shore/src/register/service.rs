@@ -338,10 +338,12 @@ fn problems(answer: &RegisterImport) -> Said {
         }
     });
     let more = (count > TOLD).then(|| say("… and {n} more").with("n", count - TOLD).into());
-    say("Nothing was imported from the file, which has {count} problems:\n{problems}")
-        .with("count", count)
-        .with_lines("problems", told.chain(more))
-        .into()
+    let text = if count == 1 {
+        say("Nothing was imported from the file, which has 1 problem:\n{problems}")
+    } else {
+        say("Nothing was imported from the file, which has {count} problems:\n{problems}")
+    };
+    text.with("count", count).with_lines("problems", told.chain(more)).into()
 }
 
 fn malformed(text: impl Into<Said>) -> Error {

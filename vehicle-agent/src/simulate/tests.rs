@@ -77,13 +77,30 @@ fn weather(more: &str, side_m: f64, number: usize) -> bool {
     let (current_mps, wind_mps) = (CURRENTS_MPS[number % 5], WINDS_MPS[number / 5 % 5]);
     let speed_mps = SPEEDS_MPS[number / 25];
     let degrees = |step_rad: f64| wrap_two_pi(number as f64 * step_rad).to_degrees();
-    let (current, wind) = (format!("{current_mps},{}", degrees(2.4)), format!("{wind_mps},{}", degrees(1.1)));
+    let (current, wind) = (format!("{current_mps}@{}", degrees(2.4)), format!("{wind_mps}@{}", degrees(1.1)));
     let seed = number.to_string();
     let sailed = square(more, side_m, speed_mps, &["--current", &current, "--wind", &wind, "--seed", &seed]);
     if !sailed.completed {
         println!("failed: {speed_mps} m/s, current {current}°, wind {wind}°, seed {seed}");
     }
     sailed.completed
+}
+
+#[test]
+fn current_and_wind_have_their_speed_first_and_a_direction_is_no_speed() {
+    let given = |arguments: &[&str]| Only::try_parse_from(["simulate"].iter().chain(arguments));
+    let weather = given(&["--current", "0.3@90", "--wind", "5@-57", "--heading", "-63"]).unwrap().simulate;
+    assert_eq!(
+        (weather.current, weather.wind, weather.heading),
+        (Some((0.3, 90.0)), Some((5.0, -57.0)), -63.0)
+    );
+    assert_eq!(given(&["--current", "0.3,90"]).unwrap().simulate.current, Some((0.3, 90.0)));
+    for (name, wrong) in
+        [("--current", "90,0.3"), ("--current", "90@0.3"), ("--wind", "303@5"), ("--wind", "x")]
+    {
+        let refused = given(&[name, wrong]).unwrap_err().to_string();
+        assert!(refused.contains("m/s") && refused.contains('@'), "{refused}");
+    }
 }
 
 #[test]

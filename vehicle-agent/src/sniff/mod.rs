@@ -110,7 +110,7 @@ pub(crate) struct SniffArguments {
 /// A kind of device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Device {
-    /// GNSS compass: NMEA 0183, 19200 baud.
+    /// GNSS compass: NMEA 0183, 115200 baud.
     Gnss,
     /// Thelma Biotel hydrophone, TBR 700 or TB Live: 115200 baud.
     Tbr,
@@ -130,8 +130,8 @@ impl Device {
     /// Speed of its port on the boats (baud).
     const fn baud(self) -> u32 {
         match self {
-            Self::Gnss | Self::TqBus => 19_200,
-            Self::Tbr | Self::Torqeedo => 115_200,
+            Self::TqBus => 19_200,
+            Self::Gnss | Self::Tbr | Self::Torqeedo => 115_200,
             Self::Vr2c | Self::Rxlive | Self::Pattern => 9600,
         }
     }

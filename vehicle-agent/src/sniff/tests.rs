@@ -174,3 +174,11 @@ fn a_declared_receiver_is_read_by_its_pattern() {
     assert!(["serial", "protocol", "snr", "freq_khz"].iter().all(|key| found[0].json.get(key).is_none()));
     assert_eq!((&found[1].json["offset"], &found[2].json["raw"]), (&json!(14), &json!("9;1551087573;5")));
 }
+
+#[test]
+fn ports_have_the_speeds_that_the_shipped_configuration_gives_them() {
+    for (device, section) in [(Device::Gnss, "Sensors.GPS"), (Device::Tbr, "Sensors.ThelmaHydrophone")] {
+        let configured = config::schema::otter_value(section, "Serial Port - Baud Rate").unwrap();
+        assert_eq!(device.baud().to_string(), configured, "{device:?}");
+    }
+}

@@ -181,7 +181,7 @@ fn two_simulations_record_the_same_bytes_and_replay() {
     for name in ["a", "b"] {
         let path = folder.path().join(name);
         let out = program()
-            .args(["simulate", "--every", "0", "--current", "0.3,90", "--wind", "4,200", "--record"])
+            .args(["simulate", "--every", "0", "--current", "0.3@90", "--wind", "4@200", "--record"])
             .arg(&path)
             .output()
             .unwrap();

@@ -2746,7 +2746,12 @@ reached: boolean,
  * Whether the vessel was not heard lately: the order is sent, perhaps once more, as soon as the vessel is heard
  * within ten minutes.
  */
-waits: boolean, };
+waits: boolean, 
+/**
+ * Whether a vessel of this address has a name here or was heard since the server started. Where not, the address may be
+ * a mistake; the stop is sent all the same.
+ */
+known: boolean, };
 
 export type Parameter = { 
 /**

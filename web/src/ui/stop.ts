@@ -128,7 +128,8 @@ function newsOf(one: Order): StopNews {
     answered(ordered) {
       answered(one);
       one.ordered = ordered;
-      if (ordered.waits) tell(one, "failed", waitsText(name, ordered));
+      if (!ordered.known) tell(one, "failed", unknownText(name, one.address));
+      else if (ordered.waits) tell(one, "failed", waitsText(name, ordered));
       else if (ordered.reached) tell(one, "sent", sentText(name, ordered.time_us));
       else end(one, "failed", t("STOP {name}: NOT SENT. Stop the vessel by other means; try again.", { name }));
     },
@@ -261,6 +262,11 @@ function waitsText(name: string, { reached, time_us }: Ordered): string {
   return reached
     ? t("STOP {name}: sent {time}, but the vessel is silent. It is sent again as soon as the vessel is heard, until {until}. Until then stop it by other means.", { name, time: utc(time_us, false), until })
     : t("STOP {name}: NOT SENT YET. No way leads to the vessel. It is sent as soon as the vessel is heard, until {until}. Until then stop it by other means.", { name, until });
+}
+
+/** The vessel of the page may have been removed, or its address mistyped. */
+function unknownText(name: string, address: number): string {
+  return t("STOP {name}: ordered, but no vessel with the address {address} is known here. Check the address; stop the vessel by other means.", { name, address: `0x${address.toString(16).padStart(4, "0").toUpperCase()}` });
 }
 
 function sentText(name: string, timeUs: number): string {

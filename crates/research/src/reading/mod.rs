@@ -46,6 +46,8 @@ pub struct ReadDetections {
     pub left_out: u64,
     /// What is wrong with others, up to 1,000.
     pub wrong: Vec<WrongCell>,
+    /// Whether they are named by their rows, of which the first is 1, as a file without lines has them; 0 is the file itself.
+    pub has_rows: bool,
 }
 
 /// What is wrong with a row: the column, and the text.
@@ -156,7 +158,8 @@ pub fn read_parquet<R: ChunkReader + 'static>(
     carriers: &Carriers<'_>,
     take: Take<'_>,
 ) -> io::Result<ReadDetections> {
-    let mut reading = Reading { carriers, take, read: ReadDetections::default() };
+    let read = ReadDetections { has_rows: true, ..ReadDetections::default() };
+    let mut reading = Reading { carriers, take, read };
     let columns = parquet::columns(&input)?;
     match kind(&columns) {
         Ok(Kind::Own) => parquet::each(input, &columns, &mut |row| reading.row(Kind::Own, row))?,
@@ -164,7 +167,7 @@ pub fn read_parquet<R: ChunkReader + 'static>(
             let text = say(
                 "this Parquet file does not have the columns of Lutra's; download it with format=parquet",
             );
-            reading.wrong(1, (String::new(), text));
+            reading.wrong(0, (String::new(), text));
         }
     }
     Ok(reading.read)

@@ -30,20 +30,25 @@ pub(super) fn measure<R: ChunkReader>(input: &R, footer: &ParquetMetaData) -> io
     if groups.len() > GROUPS {
         return Err(too_large(&format!("{} row groups, at most {GROUPS}", groups.len())));
     }
+    let mut first = 1;
     for group in groups {
         if group.num_columns() > COLUMNS {
             return Err(too_large(&format!("{} columns, at most {COLUMNS}", group.num_columns())));
         }
+        let last = first + group.num_rows().max(1) - 1;
         for column in group.columns() {
-            chunk(input, column)?;
+            chunk(input, column).map_err(|error| {
+                let place = format!("column {}, rows {first} to {last}", column.column_path().string());
+                io::Error::new(error.kind(), format!("{place}: {error}"))
+            })?;
         }
+        first = last + 1;
     }
     Ok(())
 }
 
 /// The pages of one column in one row group.
 fn chunk<R: ChunkReader>(input: &R, column: &ColumnChunkMetaData) -> io::Result<()> {
-    let name = column.column_path().string();
     let (mut at, end) = {
         let begin = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
         let (begin, bytes) = (u64::try_from(begin).ok(), u64::try_from(column.compressed_size()).ok());
@@ -55,12 +60,12 @@ fn chunk<R: ChunkReader>(input: &R, column: &ColumnChunkMetaData) -> io::Result<
         let header = header(&mut input.get_read(at).map_err(io::Error::other)?.take(HEADER))?;
         if !(0..=PAGE).contains(&header.unpacked) {
             let (mib, most) = (header.unpacked >> 20, PAGE >> 20);
-            return Err(too_large(&format!("a page of {mib} MiB in the column {name}, at most {most}")));
+            return Err(too_large(&format!("a page of {mib} MiB, at most {most}")));
         }
         unpacked += header.unpacked;
         if unpacked > CHUNK {
             let most = CHUNK >> 20;
-            return Err(too_large(&format!("more than {most} MiB of the column {name} in one row group")));
+            return Err(too_large(&format!("more than {most} MiB in one row group")));
         }
         let packed = u64::try_from(header.packed).map_err(|_| damaged())?;
         at = at.checked_add(header.bytes).and_then(|at| at.checked_add(packed)).ok_or_else(damaged)?;

@@ -28,7 +28,7 @@ fn footer<R: ChunkReader>(input: &R) -> io::Result<ParquetMetaData> {
     ParquetMetaDataReader::new().parse_and_finish(input).map_err(|error| damaged(&error))
 }
 
-/// Hands over each row.
+/// Hands over each row; the first has number 1.
 ///
 /// # Errors
 /// The file is damaged, or `take` fails.
@@ -39,14 +39,17 @@ pub(super) fn each<R: ChunkReader + 'static>(
 ) -> io::Result<()> {
     caught(|| pages::measure(&input, &footer(&input)?))?;
     let file = caught(|| SerializedFileReader::new(input).map_err(|error| damaged(&error)))?;
-    let mut rows = caught(|| file.get_row_iter(None).map_err(|error| damaged(&error)))?;
+    let at_row =
+        |number: u32| move |error: io::Error| io::Error::new(error.kind(), format!("row {number}: {error}"));
+    let rows = caught(|| file.get_row_iter(None).map_err(|error| damaged(&error)));
+    let mut rows = rows.map_err(at_row(1))?;
     let mut values: Vec<String> = Vec::new();
-    // The header of a CSV file is its line 1.
-    for line in 2.. {
-        let Some(row) = caught(|| rows.next().transpose().map_err(|error| damaged(&error)))? else { break };
+    for number in 1.. {
+        let next = caught(|| rows.next().transpose().map_err(|error| damaged(&error)));
+        let Some(row) = next.map_err(at_row(number))? else { break };
         values.clear();
         values.extend(row.get_column_iter().map(|(_, field)| text(field)));
-        take(&Row::of_values(columns, line, &values))?;
+        take(&Row::of_values(columns, number, &values))?;
     }
     Ok(())
 }

@@ -313,6 +313,27 @@ fn receivers_of_two_makers_with_one_serial_number_are_two() {
 }
 
 #[test]
+fn damage_in_a_parquet_file_is_named_by_row_or_by_column_and_rows() {
+    let (_, all) =
+        read(b"Date and Time (UTC),Receiver,Transmitter\n2026-11-21 08:00:01,VR2W-109924,A69-9001-5\n", None);
+    let whole = written(format("parquet").unwrap(), Dialect::Plain, &all);
+    let study = Study::default();
+    let carriers = Carriers { system: Some(STATION), address: &|_| Ok(7), study: &study };
+    let (mut refused, mut named) = (0, 0);
+    // Any byte of the pages, which come first in the file; its last eight are the length of the footer before them, and a mark.
+    let length = u32::from_le_bytes(*whole[whole.len() - 8..].first_chunk().unwrap()) as usize;
+    for at in (4..whole.len() - 8 - length).step_by(7) {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0x55;
+        let Err(error) = read_parquet(Bytes::from(damaged), &carriers, &mut |_| Ok(())) else { continue };
+        let text = error.to_string();
+        refused += 1;
+        named += usize::from(text.starts_with("row 1: ") || text.contains(", rows 1 to 1: "));
+    }
+    assert!(refused > 5 && named == refused, "{named} of {refused}");
+}
+
+#[test]
 fn texts_and_pages_that_no_detection_has_are_refused_before_they_fill_the_memory() {
     let (_, all) =
         read(b"Date and Time (UTC),Receiver,Transmitter\n2026-11-21 08:00:01,VR2W-109924,A69-9001-5\n", None);
@@ -322,8 +343,9 @@ fn texts_and_pages_that_no_detection_has_are_refused_before_they_fill_the_memory
     };
     let whole = |bytes: usize| read(&parquet(bytes), Some(STATION)).0;
     assert_eq!(whole(8 << 10).wrong, []);
-    let WrongCell { line, column, text } = &whole((8 << 10) + 1).wrong[0];
-    assert_eq!((*line, &**column), (2, "raw_line"));
+    let told = whole((8 << 10) + 1);
+    let WrongCell { line, column, text } = &told.wrong[0];
+    assert_eq!((told.has_rows, *line, &**column), (true, 1, "raw_line"));
     assert!(text.to_string().contains("is 8193 bytes long, a cell has at most 8192"), "{text}");
     // 20 MiB of one letter, packed to a small file.
     let table = parquet(20 << 20);
@@ -331,7 +353,8 @@ fn texts_and_pages_that_no_detection_has_are_refused_before_they_fill_the_memory
     let study = Study::default();
     let carriers = Carriers { system: Some(STATION), address: &|_| Ok(7), study: &study };
     let refused = read_parquet(Bytes::from(table), &carriers, &mut |_| Ok(())).unwrap_err();
-    assert!(refused.to_string().contains("a page of 20 MiB in the column raw_line, at most 16"), "{refused}");
+    assert!(refused.to_string().contains("column raw_line, rows 1 to 1: "), "{refused}");
+    assert!(refused.to_string().contains("a page of 20 MiB, at most 16"), "{refused}");
     assert_eq!(refused.kind(), std::io::ErrorKind::InvalidData);
 }
 

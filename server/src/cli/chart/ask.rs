@@ -1,6 +1,7 @@
 //! `chart depth` and `chart corridor`.
 
 use crate::cli::say::{complain, say};
+use anyhow::ensure;
 use charts::depth_index::{ChartTrust, Demand, DepthAnswer, DepthIndex, Leg, Water};
 use clap::Args;
 use serde_json::{Value, json};
@@ -28,7 +29,10 @@ struct Needs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  lutra-server chart depth --at 63.4517,10.3834 --radius 20")]
+#[command(after_help = "Example:
+  lutra-server chart depth --at 63.4517,10.3834 --radius 20
+
+It ends with a failure (exit code 1) when the place is not navigable with these needs.")]
 pub(super) struct DepthArguments {
     /// The place in degrees.
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
@@ -41,9 +45,10 @@ pub(super) struct DepthArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  lutra-server chart corridor --from 63.44,10.38 --to 63.46,10.42 --half-width 25"
-)]
+#[command(after_help = "Example:
+  lutra-server chart corridor --from 63.44,10.38 --to 63.46,10.42 --half-width 25
+
+It ends with a failure (exit code 1) when the way is not navigable with these needs.")]
 pub(super) struct CorridorArguments {
     /// Start in degrees.
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
@@ -67,10 +72,10 @@ pub(in crate::cli) fn place(text: &str) -> Result<LatLon, String> {
 }
 
 /// Most metres that a question may have, and how far water can stand above or below chart datum (m).
-const MOST_M: f64 = 10_000.0;
+pub(super) const MOST_M: f64 = 10_000.0;
 const TIDE_M: f64 = 20.0;
 
-fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
+pub(super) fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
     let metres: f64 = text.parse().map_err(|_| "this is not a number of metres".to_owned())?;
     if (least..=most).contains(&metres) { Ok(metres) } else { Err(format!("{least} to {most} m")) }
 }
@@ -134,6 +139,7 @@ pub(super) fn depth(db: &Path, json: bool, arguments: &DepthArguments) -> anyhow
     } else {
         say!("{}", words(&index, &answer));
     }
+    ensure!(answer.navigable, "the place is not navigable with these needs");
     Ok(())
 }
 
@@ -146,15 +152,16 @@ pub(super) fn corridor(db: &Path, json: bool, arguments: &CorridorArguments) -> 
     tell_damage(&index, db);
     if json {
         let mut value = described(&index, &worst);
-        value["first_danger"] = first.map_or(Value::Null, |first| described(&index, &first));
+        value["first_danger"] = first.as_ref().map_or(Value::Null, |first| described(&index, first));
         say!("{value}");
-        return Ok(());
+    } else {
+        say!("{}", words(&index, &worst));
+        match &first {
+            Some(first) => say!("first danger: {}", words(&index, first)),
+            None => say!("nothing on the way is too shallow"),
+        }
     }
-    say!("{}", words(&index, &worst));
-    match first {
-        Some(first) => say!("first danger: {}", words(&index, &first)),
-        None => say!("nothing on the way is too shallow"),
-    }
+    ensure!(first.is_none(), "the way is not navigable with these needs");
     Ok(())
 }
 

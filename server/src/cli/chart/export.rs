@@ -1,7 +1,8 @@
 //! `chart export-grid` and `export-vertices`: CSV, or a table of SQLite with the place in radians as its key.
 
-use super::ask::{index, place};
-use crate::cli::say::say;
+use super::ask::{MOST_M, index, place, within};
+use crate::cli::data::Progress;
+use crate::cli::say::{counted, say};
 use anyhow::{Context as _, ensure};
 use chartdb::ChartDb;
 use chartdb::export::{self, Adapt, Grid};
@@ -13,13 +14,21 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use units::LatLon;
 
+/// Most points of a grid: some hours of work.
+const MOST_POINTS: u64 = 200_000_000;
+/// Smaller distances of points are finer than any chart (m).
+const LEAST_SPACING_M: f64 = 0.1;
+
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   lutra-server chart export-grid --from 63.40,10.20 --to 63.48,10.50 --spacing 50 -o grid.csv
   lutra-server chart export-grid --from 63.40,10.20 --to 63.48,10.50 --spacing 2 --deep 20 --coarsest 64 -o grid.db
 
 Land and places without data are left out. A file that ends in .db or .sqlite gets a table depth_grid with
-latitude and longitude in radians as its key; any other gets CSV in degrees.")]
+latitude and longitude in radians as its key; any other gets CSV in degrees."
+)]
 pub(super) struct GridArguments {
     /// South-western corner in degrees.
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
@@ -28,7 +37,7 @@ pub(super) struct GridArguments {
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
     to: LatLon,
     /// Distance of points (m).
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = spacing)]
     spacing: f64,
     /// Do not divide squares that are everywhere at least this deep (m): fine where shallow, coarse where deep.
     /// Each square then has its shallowest depth.
@@ -44,11 +53,12 @@ pub(super) struct GridArguments {
 
 #[derive(Debug, Args)]
 #[command(
+    allow_negative_numbers = true,
     after_help = "Example:\n  lutra-server chart export-vertices --spacing 5 --deepest 20 -o contours.csv"
 )]
 pub(super) struct VerticesArguments {
     /// Points are no farther apart than this (m).
-    #[arg(long, value_name = "M", default_value_t = 5.0)]
+    #[arg(long, value_name = "M", default_value_t = 5.0, value_parser = spacing)]
     spacing: f64,
     /// Leave out areas whose least depth is more than this (m).
     #[arg(long, value_name = "M", default_value_t = 20.0)]
@@ -56,6 +66,10 @@ pub(super) struct VerticesArguments {
     /// The file to write; one that is there is replaced.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+}
+
+fn spacing(text: &str) -> Result<f64, String> {
+    within(text, LEAST_SPACING_M, MOST_M)
 }
 
 /// Rows of four numbers and a text or number, into CSV or a table.
@@ -174,7 +188,7 @@ fn write(
     if json {
         say!("{}", json!({"file": path, "rows": count}));
     } else {
-        say!("{}: {count} rows", path.display());
+        say!("{}: {}", path.display(), counted(count, "row"));
     }
     Ok(())
 }
@@ -185,28 +199,42 @@ pub(super) fn grid(db: &Path, json: bool, arguments: &GridArguments) -> anyhow::
         from.lat_deg() < to.lat_deg() && from.lon_deg() < to.lon_deg(),
         "--from is the south-western corner and --to the north-eastern; a box over 180° is to be cut in two"
     );
-    ensure!(
-        arguments.spacing > 0.0 && arguments.spacing.is_finite(),
-        "--spacing is a length above 0 in metres"
-    );
     let adapt = match (arguments.deep, arguments.coarsest) {
         (Some(deep_m), Some(coarsest_m)) => Some(Adapt { deep_m, coarsest_m }),
         _ => None,
     };
     let grid = Grid { south_west: from, north_east: to, spacing_m: arguments.spacing, adapt };
+    let points = bounded(&grid)?;
     let index = index(db)?;
+    let mut progress = Progress::new();
     write(&arguments.output, json, "depth_grid", "size_m", |put| {
-        Ok(export::grid(&index, &grid, &mut |row| {
+        let looked = &mut |share: f64| progress.tell(|| format!("{:.0} % of {points} points", 100.0 * share));
+        let count = export::grid(&index, &grid, looked, &mut |row| {
             put(&Row { at: row.at, least_m: row.least_m, greatest_m: row.greatest_m, last: &row.size_m })
-        }))
+        });
+        drop(progress);
+        Ok(count)
     })
 }
 
-pub(super) fn vertices(db: &Path, json: bool, arguments: &VerticesArguments) -> anyhow::Result<()> {
+/// The points of a grid.
+///
+/// # Errors
+/// They are more than can be looked at.
+fn bounded(grid: &Grid) -> anyhow::Result<u64> {
+    let points = grid.points();
+    // As many squares on the same box.
+    let spacing_m = grid.spacing_m * (points as f64 / MOST_POINTS as f64).sqrt();
     ensure!(
-        arguments.spacing > 0.0 && arguments.spacing.is_finite(),
-        "--spacing is a length above 0 in metres"
+        points <= MOST_POINTS,
+        "--spacing {}: the box has {points} points, and {MOST_POINTS} are the most: take {:.1} m or more, or a smaller box",
+        grid.spacing_m,
+        (spacing_m * 10.0).ceil() / 10.0
     );
+    Ok(points)
+}
+
+pub(super) fn vertices(db: &Path, json: bool, arguments: &VerticesArguments) -> anyhow::Result<()> {
     let charts = ChartDb::open(db)?;
     write(&arguments.output, json, "contour_vertices", "chart", |put| {
         let (spacing_m, deepest_m) = (arguments.spacing, arguments.deepest);
@@ -214,4 +242,27 @@ pub(super) fn vertices(db: &Path, json: bool, arguments: &VerticesArguments) -> 
             put(&Row { at: row.at, least_m: row.least_m, greatest_m: row.greatest_m, last: &row.chart })
         })?)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_without_end_is_refused_with_the_spacing_that_is_possible() {
+        let corner = |lat_deg, lon_deg| LatLon::from_deg(lat_deg, lon_deg).unwrap();
+        let (south_west, north_east) = (corner(63.40, 10.20), corner(63.48, 10.50));
+        let grid = |spacing_m, adapt| Grid { south_west, north_east, spacing_m, adapt };
+        assert!((50_000..60_000).contains(&bounded(&grid(50.0, None)).unwrap()));
+        // Those of the finest squares count also where deep water has coarser ones.
+        let adapt = Some(Adapt { deep_m: 20.0, coarsest_m: 64.0 });
+        assert!((33_000_000..36_000_000).contains(&bounded(&grid(2.0, adapt)).unwrap()));
+        let refused = bounded(&grid(0.1, None)).unwrap_err().to_string();
+        assert!(
+            refused.contains("200000000 are the most: take 0.9 m or more, or a smaller box"),
+            "{refused}"
+        );
+        assert!(bounded(&grid(0.9, None)).is_ok());
+        assert_eq!(spacing("0.001"), Err("0.1 to 10000 m".to_owned()));
+    }
 }

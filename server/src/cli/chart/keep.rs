@@ -1,7 +1,7 @@
 //! `chart import`, `list`, `info` and `remove`.
 
 use crate::cli::data::Progress;
-use crate::cli::say::{complain, say};
+use crate::cli::say::{complain, counted, say};
 use anyhow::ensure;
 use chartdb::{Chart, ChartDb, ImportOptions, Imported, Outcome};
 use charts::xyz::Vertical;
@@ -130,9 +130,10 @@ pub(super) fn import(db: &Path, json: bool, arguments: &ImportArguments) -> anyh
     let failed = report.failures.len();
     ensure!(
         report.applied,
-        "{failed} charts cannot be read, so the set stays as it was; repair or leave out those, or add --keep-going"
+        "not readable: {}; the set stays as it was. Repair it or leave it out, or add --keep-going",
+        counted(failed, "chart")
     );
-    ensure!(failed == 0, "{failed} charts are left out");
+    ensure!(failed == 0, "left out: {}", counted(failed, "chart"));
     Ok(())
 }
 
@@ -155,7 +156,7 @@ pub(super) fn list(db: &Path, json: bool) -> anyhow::Result<()> {
     for chart in &charts {
         say!("{}", line(chart));
     }
-    say!("{} charts in {}; digest {digest}", charts.len(), db.display());
+    say!("{} in {}; digest {digest}", counted(charts.len(), "chart"), db.display());
     Ok(())
 }
 

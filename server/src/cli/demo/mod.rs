@@ -15,7 +15,7 @@ mod sail;
 mod scratch;
 
 use super::Common;
-use super::say::say;
+use super::say::{counted, say};
 use crate::AppState;
 use crate::Serving;
 use crate::config::{self, Config, Overrides};
@@ -44,7 +44,7 @@ use std::collections::BTreeSet;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
@@ -103,16 +103,27 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
              DIR chooses its folder, --set KEY=VALUE changes a key"
         );
     }
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .context("cannot start the runtime")?;
+    // First of all: a signal that comes while the demo is set up ends it once it is, and its folder is removed.
+    let signals = {
+        let _runtime = runtime.enter();
+        Signals::watched()?
+    };
     let program = agent::find()?;
     let listen = free(arguments.listen.unwrap_or(USUAL))?;
-    let scratch = match &arguments.keep {
-        Some(folder) => Scratch::kept(folder)?,
-        None => Scratch::temporary()?,
+    let scratch = if let Some(folder) = &arguments.keep {
+        Scratch::kept(folder)?
+    } else {
+        scratch::remove_left(&std::env::temp_dir());
+        Scratch::temporary()?
     };
     let config = configuration(common, listen, scratch.path())?;
     log::start(&config.log, &VesselNames::default());
-    let plural = if arguments.otters == 1 { "" } else { "s" };
-    say!("A shore server and {} simulated Otter{plural}, with everything in {scratch}", arguments.otters);
+    let otters = counted(arguments.otters, "simulated Otter");
+    say!("A shore server and {otters}, with everything in {scratch}");
     let mut crew = Vec::new();
     for otter in fleet::otters(arguments.otters) {
         let (document, plan) = plans::drawn(&otter)?;
@@ -122,10 +133,6 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
     let access = identity::with(&config.data, async |db| admit(db, &crew, past.as_ref()).await)?;
     let chart = chart::bring_in(scratch.path(), &config.chart_set())?;
     let stage = Stage { program, folder: scratch.path().to_owned(), chart, fish: !arguments.no_fish, past };
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .enable_all()
-        .build()
-        .context("cannot start the runtime")?;
     runtime.block_on(async {
         let (under_way, sailing) = watch::channel(BTreeSet::new());
         let enough = async {
@@ -133,7 +140,7 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
             all_sail(sailing, usize::from(arguments.otters)).await;
             tokio::time::sleep(Duration::from_secs(seconds)).await;
         };
-        let ended = ended(enough)?;
+        let ended = signals.or(enough);
         let serving = crate::serve(config).await?;
         say!("server    http://{}  log in as {ADMIN} with the password {}", serving.address, access.password);
         let missing = run(serving, &stage, crew, &access, arguments.times(), under_way, ended).await?;
@@ -257,7 +264,7 @@ async fn report(serving: Serving, mut reports: Vec<Report>) -> Vec<String> {
     for report in &reports {
         say!("{report}");
     }
-    say!("{} packets recorded", recording.borrow().recorded);
+    say!("{} recorded", counted(recording.borrow().recorded, "packet"));
     let mut missing: Vec<String> = reports.iter().filter_map(Report::missing).collect();
     if let Some(trouble) = &recording.borrow().trouble {
         missing.push(trouble.text.clone());
@@ -265,19 +272,30 @@ async fn report(serving: Serving, mut reports: Vec<Report>) -> Vec<String> {
     missing
 }
 
-/// Waits for a signal or the end of the time; true for the latter.
-fn ended(enough: impl Future<Output = ()>) -> anyhow::Result<impl Future<Output = bool>> {
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut hangup = signal(SignalKind::hangup())?;
-    Ok(async move {
+/// The signals that end the demo.
+struct Signals([Signal; 3]);
+
+impl Signals {
+    /// They are watched from here on, and no longer end the program by themselves.
+    ///
+    /// # Errors
+    /// The system does not let them be watched.
+    fn watched() -> anyhow::Result<Self> {
+        let kinds = [SignalKind::terminate(), SignalKind::interrupt(), SignalKind::hangup()];
+        let [terminate, interrupt, hangup] = kinds.map(signal);
+        Ok(Self([terminate?, interrupt?, hangup?]))
+    }
+
+    /// Waits for one, also one that came before, or for the end of the time; true for the latter.
+    async fn or(self, enough: impl Future<Output = ()>) -> bool {
+        let Self([mut terminate, mut interrupt, mut hangup]) = self;
         tokio::select! {
             _ = terminate.recv() => false,
             _ = interrupt.recv() => false,
             _ = hangup.recv() => false,
             () = enough => true,
         }
-    })
+    }
 }
 
 /// `wanted`, or the next free port of that address.

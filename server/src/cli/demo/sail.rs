@@ -3,7 +3,7 @@
 
 use super::agent::Agent;
 use super::fleet::Otter;
-use crate::cli::say::say;
+use crate::cli::say::{counted, say};
 use api::{Command, Liveness, Update};
 use imc::Address;
 use imc::messages::PlanSpecification;
@@ -82,7 +82,8 @@ impl fmt::Display for Report {
         write!(
             f,
             "{name:<9} {lat_deg:.5} N {lon_deg:.5} E, {speed_mps:.1} m/s, {from_start_m:.0} m from its start; \
-             {tags} transmissions of tags heard"
+             {} of tags heard",
+            counted(*tags, "transmission")
         )
     }
 }

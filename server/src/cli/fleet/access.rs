@@ -20,7 +20,7 @@ use units::UtcTime;
 pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
     let _lock = FleetLock::take(&config.data, "fleet rotate")?;
-    let files = Files::of(&config, &arguments.place);
+    let files = Files::of(&config, &arguments.place)?;
     let fleet = state::applied(&files)?;
     let vessel = fleet
         .vessel(&arguments.name)
@@ -103,7 +103,7 @@ fn tell_doubts(files: &Files, fleet: &Fleet, now: UtcTime) -> anyhow::Result<()>
 /// `lutra-server fleet revoke`.
 pub(super) fn revoke(common: &Common, name: &str, place: &Place) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
-    let files = Files::of(&config, place);
+    let files = Files::of(&config, place)?;
     let names = [name.to_owned()];
     // The link ends before the lock, so that no other command holds that up.
     let first = end_tokens(&config.data, &files, name, false);

@@ -30,7 +30,7 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     let config = if arguments.dry_run { common.load(Vec::new())? } else { common.load_to_write()? };
     let (fleet, text) = look::read(&arguments.file)?;
     let _lock = if arguments.dry_run { None } else { Some(FleetLock::take(&config.data, "fleet apply")?) };
-    let files = Files::of(&config, &arguments.place);
+    let files = Files::of(&config, &arguments.place)?;
     let known = Known::look(&config.data, &files, &fleet, clock::now())?;
     let tunnel = vpn::of(fleet.vpn.kind, &files);
     refuse(&conflicts(&files, &*tunnel, &fleet, &known, &arguments.revoke)?)?;
@@ -61,6 +61,9 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     plan.tell(&files, &*tunnel);
     if plan.is_empty() && arguments.revoke.is_empty() {
         ensure!(plan.damaged.is_empty(), "{}", plan.damaged.join("; "));
+        if !arguments.dry_run {
+            files.remember(&arguments.place)?;
+        }
         say!("nothing to do: all is as {} says", arguments.file.display());
         return Ok(());
     }
@@ -73,6 +76,7 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     if !failed.is_empty() {
         return access::finish(&files, &arguments.revoke, failed);
     }
+    files.remember(&arguments.place)?;
     plan.carry_out(&config.data, &files, &fleet, &text)?;
     say!("done");
     // Also where the files are as they were: a run before that broke off may have written them and not said so.

@@ -29,7 +29,7 @@ pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Re
     // Before the lock: a pipe that gives it late must not hold up a revocation.
     let (passphrase, made) = passphrase(arguments.passphrase_file.as_deref())?;
     let _lock = FleetLock::take(&config.data, "fleet bundle")?;
-    let files = Files::of(&config, &arguments.place);
+    let files = Files::of(&config, &arguments.place)?;
     let fleet = state::applied(&files)?;
     let vessel = fleet
         .vessel(&arguments.name)

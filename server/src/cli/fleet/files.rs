@@ -12,6 +12,9 @@ use std::io::{self, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
+/// The file that notes the folder of the VPN's files, where it was chosen.
+const VPN_DIR: &str = "vpn-dir";
+
 /// The folders.
 #[derive(Debug, Clone)]
 pub(super) struct Files {
@@ -22,12 +25,26 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Those of a server.
-    pub(super) fn of(config: &Config, place: &Place) -> Self {
-        Self {
-            backup: config.backup.folder.join("fleet"),
-            ..Self::new(&config.data, place.vpn_dir.as_deref())
-        }
+    /// Those of a server. Without `--vpn-dir` the files of the VPN are where the last `fleet apply` was told to put them: a second
+    /// set of them elsewhere would be the one that nothing reads.
+    ///
+    /// # Errors
+    /// Where they are cannot be read.
+    pub(super) fn of(config: &Config, place: &Place) -> anyhow::Result<Self> {
+        let remembered = read(&config.data.join("fleet").join(VPN_DIR))?;
+        let remembered = remembered.map(|text| PathBuf::from(text.trim_end_matches('\n')));
+        let vpn = place.vpn_dir.clone().or(remembered);
+        Ok(Self { backup: config.backup.folder.join("fleet"), ..Self::new(&config.data, vpn.as_deref()) })
+    }
+
+    /// Notes where the files of the VPN are, where that was said.
+    ///
+    /// # Errors
+    /// The note cannot be written.
+    pub(super) fn remember(&self, place: &Place) -> anyhow::Result<()> {
+        let Some(vpn) = &place.vpn_dir else { return Ok(()) };
+        let vpn = std::path::absolute(vpn).with_context(|| vpn.display().to_string())?;
+        write(&self.fleet.join(VPN_DIR), format!("{}\n", vpn.display()).as_bytes())
     }
 
     /// Those of a data folder, without a backup.

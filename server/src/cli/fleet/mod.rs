@@ -49,7 +49,7 @@ pub(super) enum FleetCommand {
 /// Where the files of the VPN go.
 #[derive(Debug, Args)]
 pub(super) struct Place {
-    /// Folder for the files of the VPN [default: DATA/vpn].
+    /// Folder for the files of the VPN [default: that of the last `fleet apply`, at first DATA/vpn].
     #[arg(long, value_name = "DIR")]
     vpn_dir: Option<PathBuf>,
 }

@@ -35,8 +35,8 @@ pub(super) struct ObjectiveArguments {
     /// A speed limit (m/s) in the polygons of a GeoJSON file; may be repeated.
     #[arg(long, value_name = "MPS,FILE", value_parser = limit)]
     limit: Vec<(f64, PathBuf)>,
-    /// A steady current that time and energy are reckoned in: where it flows to (degrees), and how fast (m/s).
-    #[arg(long, value_name = "DEG,MPS", value_parser = current)]
+    /// A steady current that time and energy are reckoned in: how fast it flows (m/s), and where to (degrees), like 0.4@250.
+    #[arg(long, value_name = "MPS@DEG", value_parser = current)]
     current: Option<Flow>,
     /// A current that changes with place and time, from a file.
     #[arg(long, value_name = "FILE", conflicts_with = "current")]
@@ -103,13 +103,34 @@ fn limit(text: &str) -> Result<(f64, PathBuf), String> {
 }
 
 fn current(text: &str) -> Result<Flow, String> {
-    let numbers = text.split_once(',').map(|(set, drift)| (set.trim().parse(), drift.trim().parse()));
+    // With a comma the direction once stood first, which nothing can tell from a speed.
+    if text.contains(',') {
+        return Err("write how fast it flows before where to, with an @ between, like 0.4@250".to_owned());
+    }
+    let numbers = text.split_once('@').map(|(drift, set)| (drift.trim().parse(), set.trim().parse()));
     match numbers {
-        Some((Ok(set_deg), Ok(drift_mps)))
-            if f64::is_finite(set_deg) && (0.0..=10.0).contains(&drift_mps) =>
+        Some((Ok(drift_mps), Ok(set_deg)))
+            if (-360.0..=360.0).contains(&set_deg) && (0.0..=10.0).contains(&drift_mps) =>
         {
-            Ok(Flow::set_and_drift(set_deg.to_radians(), drift_mps))
+            Ok(Flow::set_and_drift(f64::to_radians(set_deg), drift_mps))
         }
-        _ => Err("give where it flows to in degrees and how fast, 0 to 10 m/s, such as 250,0.4".to_owned()),
+        _ => Err("give how fast it flows, 0 to 10 m/s, and where to in degrees, like 0.4@250".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_current_says_which_number_is_its_speed() {
+        assert_eq!(current("0.4@250"), Ok(Flow::set_and_drift(250.0_f64.to_radians(), 0.4)));
+        assert_eq!(current("1 @ -90"), Ok(Flow::set_and_drift(-90.0_f64.to_radians(), 1.0)));
+        for ambiguous in ["250,0.4", "1,2"] {
+            assert!(current(ambiguous).unwrap_err().contains("like 0.4@250"), "{ambiguous}");
+        }
+        for wrong in ["250@0.4", "0.4", "nan@1", "0.4@inf", "0.4@400"] {
+            assert!(current(wrong).unwrap_err().contains("0 to 10 m/s"), "{wrong}");
+        }
     }
 }

@@ -4,7 +4,7 @@ use super::objective::ObjectiveArguments;
 use super::zones;
 use crate::cli::Common;
 use crate::cli::chart::{index, place};
-use crate::cli::say::{complain, say};
+use crate::cli::say::{complain, counted, say};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use chartdb::ChartDb;
@@ -35,10 +35,12 @@ const NOT_LOOKED_TO_THE_END: &str =
 const LONGEST_LINE: usize = 64 * 1024;
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   lutra-server plan route --from 63.4402,10.3951 --to 63.4521,10.2870 --min-depth 5 --clearance 25
-  lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
-  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --avoid farms.geojson --current 250,0.4
+  lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --output home.gpx
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --avoid farms.geojson --current 0.4@250
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --alternatives 2
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --objective fastest --current-field tide.csv
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --prefer-depth 20 --prefer-off 100
@@ -51,7 +53,8 @@ time_us is what the answer took; learn_us, where it is given, what was spent bef
 A current field is CSV with the columns time,lat,lon,east_mps,north_mps (ISO 8601, degrees, m/s), or NetCDF of the
 classic format by the CF conventions. Beyond its edges and times the current is not known: then there is no time.
 
-It exits with a failure if no route exists; with --pairs, if a line is malformed.")]
+It exits with a failure if no route exists; with --pairs, if a line is malformed."
+)]
 pub(super) struct RouteArguments {
     /// The chart set, a GeoPackage [default: charts.set of the configuration].
     #[arg(long, value_name = "FILE")]
@@ -66,7 +69,7 @@ pub(super) struct RouteArguments {
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
     via: Vec<LatLon>,
     /// Routes for a file of start and goal pairs, one JSON object a line; - reads standard input.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "to", "via", "out"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "to", "via", "output"])]
     pairs: Option<PathBuf>,
     /// Least charted depth (m) [default: charts.autonomous_m of the configuration].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
@@ -110,8 +113,8 @@ pub(super) struct RouteArguments {
     #[arg(long, value_name = "MPS", default_value_t = 1.5)]
     speed: f64,
     /// Write the route as a plan to a file: .geojson, .gpx, or .json for an IMC PlanSpecification.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[arg(short, long, alias = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Answer in JSON, for scripts.
     #[arg(long)]
     json: bool,
@@ -149,7 +152,7 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     }
     let radius = arguments.turn_radius.unwrap_or(0.0);
     ensure!((0.0..=2_000.0).contains(&radius), "--turn-radius: give a radius of 0 to 2000 m");
-    let format = arguments.out.as_deref().map(format).transpose()?;
+    let format = arguments.output.as_deref().map(format).transpose()?;
     let config = common.load(Vec::new())?;
     let (db, limits) = (arguments.db.clone().unwrap_or_else(|| config.chart_set()), config.charts.limits());
     // Distance from borders: as the guard demands from dangers, or as requested.
@@ -254,7 +257,7 @@ impl Terms<'_> {
         match self.router.route_by(places, request, needs, &cancel) {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
-                if let (Some(out), Some(format)) = (&arguments.out, format) {
+                if let (Some(out), Some(format)) = (&arguments.output, format) {
                     let speed_mps = route.speed_mps(&self.objective);
                     let slow = write(out, format, &route, (speed_mps, &route.reckon(&self.objective)))?;
                     if slow && format == Format::Gpx {
@@ -506,9 +509,9 @@ impl Terms<'_> {
             }
         };
         say!(
-            "{:.1} m in {} legs, {takes} at {speed_mps:.2} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
+            "{:.1} m in {}, {takes} at {speed_mps:.2} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
             route.length_m,
-            route.legs.len(),
+            counted(route.legs.len(), "leg"),
             needs.demand.needed_m(),
             needs.clearance_m,
         );

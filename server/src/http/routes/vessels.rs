@@ -86,6 +86,7 @@ pub(super) fn orders() -> Vec<Route> {
             "Stop: what the vessel does ends and its motors stand still. Never asks back.",
             control::abort,
         )
+        .reaches_unknown()
         .query::<StopQuery>()
         .gives::<Ordered>(),
         Route::get("/api/v1/vessels/{vessel}/lease", viewer, "Who has control of a vessel.", control::lease)

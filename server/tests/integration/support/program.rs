@@ -40,7 +40,8 @@ pub(crate) fn run(data: &Path, arguments: &[&str]) -> String {
 
 /// A new token for the link of a vessel, which is named if it is not yet.
 pub(crate) fn link_token(data: &Path, name: &str, address: &str) -> String {
-    if !run(data, &["vessel", "list"]).contains(name) {
+    let is_new = !data.join("app.db").exists();
+    if is_new || !run(data, &["vessel", "list"]).contains(name) {
         run(data, &["vessel", "add", name, address]);
     }
     run(data, &["token", "create", "--link", name]).trim().to_owned()

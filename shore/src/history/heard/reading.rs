@@ -52,9 +52,18 @@ pub fn refusal(read: &ReadDetections) -> Option<Said> {
     let told = read.wrong.iter().take(TOLD).map(|one| {
         let text = Said::from(one.text.clone());
         let text = if one.column.is_empty() { text } else { text.of_field(&one.column) };
-        say("line {line}, {text}").with("line", one.line).with_said("text", text).into()
+        let place = match (read.has_rows, one.line) {
+            (true, 0) => return text,
+            (true, _) => say("row {line}, {text}"),
+            (false, _) => say("line {line}, {text}"),
+        };
+        place.with("line", one.line).with_said("text", text).into()
     });
     let more = (count > TOLD).then(|| say("… and {n} more").with("n", count - TOLD).into());
-    let text = say("Nothing was imported from the file, which has {count} problems:\n{problems}");
+    let text = if count == 1 {
+        say("Nothing was imported from the file, which has 1 problem:\n{problems}")
+    } else {
+        say("Nothing was imported from the file, which has {count} problems:\n{problems}")
+    };
     Some(text.with("count", count).with_lines("problems", told.chain(more)).into())
 }
