@@ -328,7 +328,7 @@ fn month_child() {
     });
     let packed = packed.unwrap();
     step(MonthStep::Made);
-    store.adopt_month_watched(packed, &mut step).unwrap().unwrap();
+    store.adopt_month_watched(packed, &mut step).unwrap().done().unwrap();
 }
 
 #[test]
