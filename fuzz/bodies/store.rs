@@ -134,7 +134,7 @@ pub(crate) static CHUNK: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
     let month = plan_months(folder.path(), 1, now).expect("readable")[0];
     assert!(store.ready_month(month.key).expect("room"), "the history lacks nothing");
     let packed = PackedMonth::make(folder.path(), &month, &mut |_| true).expect("room");
-    store.adopt_month(packed).expect("room").expect("nothing else has it open");
+    store.adopt_month(packed).expect("room").done().expect("nothing else has it open");
     store.close().expect("a good end");
     let file = folder.path().join(MONTH);
     let connection = rusqlite::Connection::open(&file).expect("a database");

@@ -41,6 +41,11 @@ pub(crate) fn look(
         checks.push(rights(config));
         checks.extend(recordings(config, thorough));
         checks.push(store::check_compression(&config.data, config.archive.compress_after_days, clock::now()));
+        checks.push(store::check_month_compression(
+            &config.data,
+            config.history.compress_after_days,
+            clock::now(),
+        ));
         checks.extend(backup(config));
     } else {
         checks.push(check("data folder", Ok(no_folder(config))));

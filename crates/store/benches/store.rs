@@ -339,7 +339,7 @@ fn compress(folder: &Path, build: impl FnOnce(&Path)) {
         store.ready_month(month.key).unwrap();
         let started = Instant::now();
         let packed = store::PackedMonth::make(folder, &month, &mut |_| true).unwrap();
-        let done = store.adopt_month(packed).unwrap().unwrap();
+        let done = store.adopt_month(packed).unwrap().done().unwrap();
         println!(
             "compressing {} messages: {:.1} s, {} MB, now {} MB",
             done.rows,

@@ -4,13 +4,14 @@ use crate::archive::{self, ARRIVALS, DATA, DayReader, bytes, shortened};
 use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
+use crate::history::schema::Schema;
 use crate::history::{CATALOGUE, MonthKey, chunk, load_months, load_progress};
 use crate::layout::{GROWING, REPLACED, free_bytes};
 use crate::lock::FolderLock;
-use crate::range::TimeRange;
 use crate::reader::{Memory, Reader, open};
 use crate::reindex;
 use link::Transport;
+use rusqlite::Connection;
 use std::fs;
 use std::path::Path;
 use units::UtcTime;
@@ -222,6 +223,7 @@ fn databases(data: &Path, thorough: bool, next: &mut impl FnMut(&str) -> Result<
             Sound::No(problem) => Some(problem),
             Sound::Yes | Sound::Empty => unreadable(&folder.join(&name), thorough),
         };
+        checks.extend(set_aside(&folder, &name));
         match problem {
             None => well += 1,
             Some(problem) => checks.push(Check::new(
@@ -249,6 +251,31 @@ fn unreadable(path: &Path, thorough: bool) -> Option<String> {
         Ok(verdict)
     });
     verdict.map_or_else(|error| Some(error.to_string()), |verdict| (verdict != "ok").then_some(verdict))
+}
+
+/// Chunks of a compressed month that were damaged, and moved out of the way.
+fn set_aside(folder: &Path, name: &str) -> Option<Check> {
+    let connection = open(&folder.join(name), Memory::EXPORT).ok()?;
+    let found = chunk::aside(&connection, &Schema::new()).ok().filter(|found| !found.is_empty())?;
+    let lost: Vec<&chunk::Aside> = found.iter().filter(|one| one.missing > 0).collect();
+    let Some(first) = lost.first() else {
+        return Some(Check::good(
+            "history",
+            format!("history/{name}: {} damaged chunks were read again from the archive", found.len()),
+        ));
+    };
+    let missing: u64 = lost.iter().map(|one| one.missing).sum();
+    Some(Check::new(
+        "history",
+        Health::Problem,
+        format!(
+            "history/{name}: {missing} samples are missing, of {} damaged chunks that were set aside, the first {}",
+            lost.len(),
+            first.what
+        ),
+        "check the disk; the server reads them again from the archive where that has their days. Otherwise copy \
+         those days of the archive from a backup while the server is stopped, and run `lutra-server reindex`",
+    ))
 }
 
 /// Months that must be there and are not, or hold nothing any more.
@@ -304,10 +331,11 @@ fn clocks(data: &Path, now: UtcTime) -> Vec<Check> {
             ));
         }
     }
-    let undated = reader.parts(TimeRange::ALL).ok().and_then(|_| {
-        let connection = reader.month(MonthKey::Undated).ok()?;
-        connection.query_row("SELECT coalesce(sum(count),0) FROM _group", (), |row| row.get::<_, i64>(0)).ok()
-    });
+    let is_there = reader.keys().is_ok_and(|keys| keys.contains(&MonthKey::Undated));
+    let count = |connection: &Connection| {
+        connection.query_row("SELECT coalesce(sum(count),0) FROM _group", (), |row| row.get::<_, i64>(0))
+    };
+    let undated = is_there.then(|| reader.ask_month(MonthKey::Undated, count).ok()).flatten();
     if let Some(undated) = undated.filter(|count| *count > 0) {
         checks.push(Check::new(
             "clocks",

@@ -30,6 +30,16 @@ pub enum StoreError {
         /// The database's file.
         path: PathBuf,
     },
+    /// A month was compressed by a trial version.
+    #[error(
+        "{} was compressed by an earlier trial version, which this one does not read: start the server, which keeps it in \
+         history.aside and makes it again from the archive",
+        path.display()
+    )]
+    Trial {
+        /// The month's file.
+        path: PathBuf,
+    },
     /// The archive was written by a later version of this program, whose files this one would cut off as damaged.
     #[error(
         "{} was written by Lutra {program} (form {found}, this program knows {known}): nothing was changed. Install that \
@@ -134,6 +144,14 @@ impl StoreError {
         }
     }
 
+    /// The chunk of a compressed month that is damaged, if that is what went wrong.
+    pub(crate) fn damaged_chunk(&self) -> Option<chunk::Place> {
+        match self {
+            Self::Sqlite { source, .. } => chunk::damaged(source),
+            _ => None,
+        }
+    }
+
     /// Whether the disk is full or a limit on a file's size was reached: what was accepted still waits, and a
     /// later commit can succeed.
     pub fn is_disk_full(&self) -> bool {
@@ -153,7 +171,7 @@ pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
     matches!(
         error.sqlite_error_code(),
         Some(rusqlite::ErrorCode::DatabaseCorrupt | rusqlite::ErrorCode::NotADatabase)
-    ) || chunk::is_damage(error)
+    ) || chunk::damaged(error).is_some()
 }
 
 /// Puts the name of a file to an error.

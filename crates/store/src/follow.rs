@@ -241,10 +241,7 @@ impl Follower {
     pub(crate) fn index(&mut self, archive: &mut Archive, now: UtcTime) -> Result<u64> {
         let outcome = self.index_some(archive, now);
         match outcome {
-            Err(error) if self.distrust(&error) => {
-                self.open_again(archive)?;
-                Ok(0)
-            }
+            Err(error) if self.mend(&error, archive)? => Ok(0),
             other => other,
         }
     }
@@ -300,12 +297,30 @@ impl Follower {
         Ok(())
     }
 
-    /// Closes a history of which an error says that a file is damaged: that one goes aside when it is opened again.
+    /// Mends a history of which an error says that a file is damaged, and finds what it lacks; false for other errors.
+    pub(crate) fn mend(&mut self, error: &StoreError, archive: &Archive) -> Result<bool> {
+        let is_damage = self.distrust(error);
+        if is_damage {
+            self.open_again(archive)?;
+        }
+        Ok(is_damage)
+    }
+
+    /// Closes a history of which an error says that a file is damaged. Where that is one chunk of a compressed month, it is moved out of
+    /// the way; otherwise the file goes aside when the history is opened again.
     fn distrust(&mut self, error: &StoreError) -> bool {
         let Some(path) = error.damaged_database().filter(|path| path.starts_with(&self.folder)) else {
             return false;
         };
-        self.kept = Kept::Closed { why: error.to_string(), distrusted: Some(path.to_owned()) };
+        let is_mended = error.damaged_chunk().is_some_and(|place| {
+            self.history().and_then(|history| history.set_chunk_aside(path, place)).unwrap_or(false)
+        });
+        if is_mended {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            self.causes.push(format!("history/{name}: {error}; it is set aside"));
+        }
+        let distrusted = (!is_mended).then(|| path.to_owned());
+        self.kept = Kept::Closed { why: error.to_string(), distrusted };
         true
     }
 
@@ -342,10 +357,7 @@ impl Follower {
             Ok(chunk)
         });
         match outcome {
-            Err(error) if self.distrust(&error) => {
-                self.open_again(archive)?;
-                Ok(Chunk::default())
-            }
+            Err(error) if self.mend(&error, archive)? => Ok(Chunk::default()),
             other => other,
         }
     }

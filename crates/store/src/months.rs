@@ -5,16 +5,19 @@
 //! as it is compressed, whole; the next start removes what is half made.
 
 use crate::error::{Named as _, Result, StoreError};
+use crate::history::schema::Schema;
 use crate::history::{self, MonthKey, PART, chunk, look, pack};
 use crate::layout::{HISTORY, free_bytes, reserved_bytes};
-use crate::reader::{self, Memory};
+use crate::reader::{self, FileId, Memory};
 use crate::store::Store;
-use rusqlite::Connection;
+use rusqlite::{Connection, OpenFlags};
 use std::fs;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
 const DAY_US: i64 = 86_400_000_000;
+/// Samples that are rolled up at once before a month is compressed.
+const READY_SAMPLES: u64 = 5_000;
 /// A compressed month is compressed again when one in so many of its rows came since.
 const AGAIN_FROM: u64 = 32;
 
@@ -70,14 +73,57 @@ fn is_worth_it(path: &Path) -> rusqlite::Result<bool> {
     match look::version(&connection)? {
         history::VERSION => Ok(true),
         history::PACKED_VERSION => {
-            let count =
-                |sql: &str| connection.query_row(sql, (), |row| row.get::<_, i64>(0)).map(i64::cast_unsigned);
-            let all = count("SELECT coalesce(sum(count),0) FROM _group")?;
-            let raw = count("SELECT count(*) FROM _raw")?;
-            let late = all.saturating_sub(raw).saturating_sub(chunk::rows(&connection)?);
-            Ok(late > 0 && late >= all / AGAIN_FROM)
+            let late = late_rows(&connection)?;
+            Ok(late > 0 && late >= (late + chunk::rows(&connection)?) / AGAIN_FROM)
         }
         _ => Ok(false),
+    }
+}
+
+/// How many rows a compressed month has that are not compressed.
+fn late_rows(connection: &Connection) -> rusqlite::Result<u64> {
+    let schema = Schema::new();
+    let mut statement = connection.prepare("SELECT name FROM sqlite_schema WHERE type='table'")?;
+    let names = statement.query_map((), |row| row.get::<_, String>(0))?;
+    let mut late = 0;
+    for name in names {
+        if let Some(table) = schema.named(&name?) {
+            let sql = format!("SELECT count(*) FROM \"{}\"", table.desc.abbrev);
+            late += connection.query_row(&sql, (), |row| row.get::<_, i64>(0))?.cast_unsigned();
+        }
+    }
+    Ok(late)
+}
+
+/// Whether a month can be compressed now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Readiness {
+    /// It can.
+    Ready,
+    /// More of it must be rolled up first: ask again.
+    Unfinished,
+    /// The history lacks something of the archive, and no month can.
+    Behind,
+}
+
+/// What came of giving a compressed month its name.
+#[derive(Debug)]
+pub enum Adopted {
+    /// It has the name.
+    Done(CompressedMonth),
+    /// Something was written to the month meanwhile: it stays as it was, and must be compressed again.
+    Changed,
+    /// Something reads the month: it stays as it was, and this may be tried again.
+    Busy(PackedMonth),
+}
+
+impl Adopted {
+    /// The month, if it has the name.
+    pub fn done(self) -> Option<CompressedMonth> {
+        match self {
+            Self::Done(month) => Some(month),
+            Self::Changed | Self::Busy(_) => None,
+        }
     }
 }
 
@@ -155,24 +201,38 @@ impl Drop for PackedMonth {
 }
 
 impl Store {
-    /// Makes a month ready to be compressed; whether it is. While the history lacks something no month is.
+    /// Makes a month ready to be compressed; false while the history lacks something.
     ///
     /// # Errors
     /// When the history cannot be written.
     pub fn ready_month(&mut self, key: MonthKey) -> Result<bool> {
-        if self.is_behind() {
-            return Ok(false);
+        loop {
+            match self.ready_month_some(key)? {
+                Readiness::Ready => return Ok(true),
+                Readiness::Unfinished => {}
+                Readiness::Behind => return Ok(false),
+            }
         }
-        self.history()?.ready_month(key)?;
-        Ok(true)
     }
 
-    /// Puts a compressed month in the place of the month; `None` when something was written to that meanwhile, or something
-    /// else has it open: then it stays as it was.
+    /// The same by one small step, beside which a server records: until some thousand samples were rolled up, or those of one window of
+    /// ten minutes where it has more.
+    ///
+    /// # Errors
+    /// As [`Self::ready_month`].
+    pub fn ready_month_some(&mut self, key: MonthKey) -> Result<Readiness> {
+        if self.is_behind() {
+            return Ok(Readiness::Behind);
+        }
+        let is_ready = self.history()?.ready_month(key, READY_SAMPLES)?;
+        Ok(if is_ready { Readiness::Ready } else { Readiness::Unfinished })
+    }
+
+    /// Puts a compressed month in the place of the month.
     ///
     /// # Errors
     /// When files cannot be opened or renamed.
-    pub fn adopt_month(&mut self, packed: PackedMonth) -> Result<Option<CompressedMonth>> {
+    pub fn adopt_month(&mut self, packed: PackedMonth) -> Result<Adopted> {
         self.adopt_month_watched(packed, &mut |_| ())
     }
 
@@ -184,14 +244,24 @@ impl Store {
         &mut self,
         mut packed: PackedMonth,
         steps: &mut dyn FnMut(MonthStep),
-    ) -> Result<Option<CompressedMonth>> {
+    ) -> Result<Adopted> {
         let PackedMonth { key, bytes, packed_bytes, rows, .. } = packed;
         self.history()?.close_month(key);
-        let unchanged = packed.source.take().map(|source| source.is_unchanged());
-        if !unchanged.transpose().named(&packed.path)?.unwrap_or(false) {
-            return Ok(None);
+        let Some(source) = packed.source.take() else { return Ok(Adopted::Changed) };
+        if !source.is_unchanged(&packed.path).named(&packed.path)? {
+            return Ok(Adopted::Changed);
         }
-        let Some(closed) = close_for_all(&packed.path).named(&packed.path)? else { return Ok(None) };
+        let file = source.file();
+        drop(source);
+        let closed = close_for_all(&packed.path).named(&packed.path)?;
+        let Some(closed) = closed else {
+            // Only this store writes to it, and does nothing else meanwhile.
+            packed.source = Some(pack::Source::watch(&packed.path)?);
+            return Ok(Adopted::Busy(packed));
+        };
+        if FileId::of(&packed.path) != Some(file) {
+            return Ok(Adopted::Changed);
+        }
         // SQLite leaves the memory of the log there when the last to close it could only read; nothing uses it now.
         fs::remove_file(beside(&packed.path, "-shm")).ok();
         steps(MonthStep::Closed);
@@ -203,7 +273,7 @@ impl Store {
         drop(closed);
         let folder = self.folder().join(HISTORY);
         fs::File::open(&folder).and_then(|file| file.sync_all()).named(&folder)?;
-        Ok(Some(CompressedMonth { key, bytes, packed_bytes, rows }))
+        Ok(Adopted::Done(CompressedMonth { key, bytes, packed_bytes, rows }))
     }
 }
 
@@ -214,7 +284,9 @@ impl Store {
 /// lock until it closes it. The form is changed under a lock that is held until the name is another's; who waits for that meanwhile
 /// looks again what has the name (`reader::connect`). The change is of two bytes, which need no journal.
 fn close_for_all(path: &Path) -> rusqlite::Result<Option<Connection>> {
-    let connection = Connection::open(path)?;
+    // A name that has no file gets none.
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags)?;
     connection.busy_timeout(std::time::Duration::ZERO)?;
     connection.execute_batch("PRAGMA locking_mode = EXCLUSIVE")?;
     let form: rusqlite::Result<String> =

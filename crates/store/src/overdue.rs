@@ -1,8 +1,10 @@
-//! Closed days that should have been compressed long ago, and what keeps them from it.
+//! Closed days and months that should have been compressed long ago, and what keeps them from it.
 
 use crate::archive::{ARRIVALS, DATA};
 use crate::doctor::{Check, Health};
-use crate::layout::{ARCHIVE, free_bytes, reserved_bytes};
+use crate::history::MonthKey;
+use crate::layout::{ARCHIVE, HISTORY, free_bytes, reserved_bytes};
+use crate::months::plan_months;
 use crate::packing::{Packable, plan_packing};
 use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt as _;
@@ -33,7 +35,10 @@ pub fn check_compression(data: &Path, after_days: u16, now: UtcTime) -> Check {
         bytes >> 20
     );
     let root = data.join(ARCHIVE);
-    let hindrance = days.iter().find_map(|day| locked(&root, day)).or_else(|| no_room(&root, &days));
+    let hindrance = days
+        .iter()
+        .find_map(|day| locked(&root, day))
+        .or_else(|| no_room(&root, days.iter().map(|day| day.plain_bytes)));
     match hindrance {
         Some((why, remedy)) => warning(format!("{found}; {why}"), remedy),
         None => warning(
@@ -43,6 +48,52 @@ pub fn check_compression(data: &Path, after_days: u16, now: UtcTime) -> Check {
              at once while the server is stopped",
         ),
     }
+}
+
+/// Checks that months of the history are compressed `after_days` days after their end; 0 is never.
+pub fn check_month_compression(data: &Path, after_days: u16, now: UtcTime) -> Check {
+    if after_days == 0 {
+        return good("months are not compressed: history.compress_after_days is 0".to_owned());
+    }
+    let overdue_after = after_days.saturating_add(GRACE_DAYS);
+    let months = match plan_months(data, overdue_after, now) {
+        Ok(months) => months,
+        Err(error) => return warning(error.to_string(), "check the disk and the rights"),
+    };
+    let Some(oldest) = months.first() else {
+        return good("every month that is due is compressed".to_owned());
+    };
+    let bytes: u64 = months.iter().map(|month| month.bytes).sum();
+    let found = format!(
+        "{} months of the history ended more than {overdue_after} days ago and are not compressed, the oldest history/{}, {} MiB",
+        months.len(),
+        oldest.key.file_name(),
+        bytes >> 20
+    );
+    let root = data.join(HISTORY);
+    let hindrance = months
+        .iter()
+        .find_map(|month| locked_month(&root, month.key))
+        .or_else(|| no_room(&root, months.iter().map(|month| month.bytes)));
+    match hindrance {
+        Some((why, remedy)) => warning(format!("{found}; {why}"), remedy),
+        None => warning(
+            found,
+            "let the server run for a day; if they stay, its log says why (months of the history are not compressed): \
+             `lutra-server doctor --thorough` looks for damage, and `lutra-server history compress` compresses them at \
+             once while the server is stopped",
+        ),
+    }
+}
+
+/// What keeps the server's user from replacing a month.
+fn locked_month(root: &Path, key: MonthKey) -> Option<(String, &'static str)> {
+    const REMEDY: &str = "let all of the history belong to the user that runs the server, with the right to write: \
+                          chown -R --reference=DATA/history DATA/history, chmod -R u+rwX DATA/history";
+    let (folder, file) = (fs::metadata(root).ok()?, fs::metadata(root.join(key.file_name())).ok()?);
+    let is_writable =
+        folder.mode() & 0o300 == 0o300 && file.uid() == folder.uid() && file.mode() & 0o600 == 0o600;
+    (!is_writable).then(|| (format!("the server may not write history/{}", key.file_name()), REMEDY))
 }
 
 fn good(found: String) -> Check {
@@ -82,8 +133,8 @@ fn locked(root: &Path, day: &Packable) -> Option<(String, &'static str)> {
 }
 
 /// Whether the disk has no room for any of them beside what recording needs.
-fn no_room(root: &Path, days: &[Packable]) -> Option<(String, &'static str)> {
-    let smallest = days.iter().map(|day| day.plain_bytes).min()?;
+fn no_room(root: &Path, bytes: impl Iterator<Item = u64>) -> Option<(String, &'static str)> {
+    let smallest = bytes.min()?;
     let (free, needed) = (free_bytes(root).ok()?, reserved_bytes(root).ok()?.saturating_add(smallest));
     (free < needed).then(|| {
         let why = format!("{} MiB are free, and the smallest needs {} MiB", free >> 20, needed >> 20);
@@ -151,5 +202,39 @@ mod tests {
             store.adopt(&mut packing).unwrap().unwrap();
         }
         assert_eq!(check_compression(data, 3, NOW).found, "every day that is due is compressed");
+    }
+
+    #[test]
+    fn months_that_stay_plain_are_named_with_what_keeps_them_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = folder.path();
+        // October ended 20 days ago.
+        recorded(data, &[40, 0]);
+        assert_eq!(check_month_compression(data, 0, NOW).health, Health::Good);
+        assert_eq!(
+            check_month_compression(data, 19, NOW).health,
+            Health::Good,
+            "it has two days for the work"
+        );
+        let check = check_month_compression(data, 18, NOW);
+        assert_eq!(check.health, Health::Warning);
+        assert!(
+            check.found.starts_with("1 months of") && check.found.contains("history/2026-10.sqlite"),
+            "{check:?}"
+        );
+        assert!(check.remedy.contains("history compress"), "{check:?}");
+        let month = data.join("history/2026-10.sqlite");
+        fs::set_permissions(&month, fs::Permissions::from_mode(0o400)).unwrap();
+        let check = check_month_compression(data, 18, NOW);
+        assert!(check.found.ends_with("may not write history/2026-10.sqlite"), "{check:?}");
+        fs::set_permissions(&month, fs::Permissions::from_mode(0o600)).unwrap();
+
+        let mut store = Store::open(data).unwrap();
+        for month in plan_months(data, 18, NOW).unwrap() {
+            assert!(store.ready_month(month.key).unwrap());
+            let packed = crate::PackedMonth::make(data, &month, &mut |_| true).unwrap();
+            assert!(store.adopt_month(packed).unwrap().done().is_some());
+        }
+        assert_eq!(check_month_compression(data, 18, NOW).found, "every month that is due is compressed");
     }
 }

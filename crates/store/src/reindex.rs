@@ -146,7 +146,7 @@ fn unusable(data: &Path) -> Result<Vec<String>> {
 }
 
 fn samples(data: &Path, folder: &str) -> Result<u64> {
-    let mut reader = Reader::open_folder(data, folder)?;
+    let reader = Reader::open_folder(data, folder)?;
     let mut all = Extent::NONE;
     reader.extents()?.into_values().for_each(|extent| all.merge(extent));
     Ok(all.count)

@@ -187,12 +187,26 @@ impl Store {
     /// which the import began. Copies within one log are kept, as the log has them.
     pub(crate) fn accept_from_log(&mut self, view: &PacketView<'_>, received: UtcTime) -> Result<Outcome> {
         self.now = self.now.max(received);
-        let first_us = self.follower.history()?.arrival_of(view)?;
+        let first_us = loop {
+            match self.follower.history()?.arrival_of(view) {
+                Err(error) if self.mend(&error)? => {}
+                other => break other?,
+            }
+        };
         if first_us.is_some_and(|first_us| first_us != received.micros()) {
             return Ok(Outcome::Duplicate);
         }
         let appended = self.archive.append(view, received, Transport::Import, None)?;
         Ok(if appended { Outcome::Recorded } else { Outcome::Duplicate })
+    }
+
+    /// Mends the history where an error says that it is damaged; false for other errors. What is damaged is moved out of the way, a
+    /// chunk of a compressed month alone, and what the archive has of it is read again.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn mend(&mut self, error: &StoreError) -> Result<bool> {
+        self.follower.mend(error, &self.archive)
     }
 
     /// The first of `count` times of arrival, from `now_us` on, that no import had before.
@@ -293,10 +307,15 @@ impl Store {
     /// # Errors
     /// When the history cannot be written.
     pub fn settle(&mut self) -> Result<()> {
-        while self.is_behind() {
-            self.index()?;
+        loop {
+            while self.is_behind() {
+                self.index()?;
+            }
+            match self.follower.history()?.roll_up_all() {
+                Err(error) if self.mend(&error)? => {}
+                other => break other?,
+            }
         }
-        self.follower.history()?.roll_up_all()?;
         self.save()?;
         // The caches as filled by an import are not needed any more.
         self.close_months()

@@ -76,5 +76,5 @@ fn one(store: &mut Store, data: &Path, month: &PackableMonth) -> anyhow::Result<
         progress.tell(|| format!("history/{name}: {rows} messages written and compared"));
         true
     })?;
-    store.adopt_month(packed)?.context("another program reads it: end that first")
+    store.adopt_month(packed)?.done().context("another program reads it: end that first")
 }

@@ -1,8 +1,9 @@
 //! Checks the files of a history before anything is written to them.
 
-use super::{CATALOGUE, MonthKey, latest_version, months};
+use super::{CATALOGUE, MonthKey, TRIAL_VERSION, latest_version, months};
 use crate::error::{Named as _, Result, StoreError, is_damage};
-use rusqlite::{Connection, OpenFlags};
+use crate::reader;
+use rusqlite::Connection;
 use std::path::Path;
 
 /// The state of a file of the history.
@@ -42,10 +43,11 @@ pub(crate) fn refuse_newer(folder: &Path, found: &[(String, Sound)]) -> Result<(
 
 fn one(path: &Path) -> Sound {
     let read = || -> rusqlite::Result<Sound> {
-        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let connection = Connection::open_with_flags(path, flags)?;
-        if version(&connection)? > latest_version(path) {
-            return Ok(Sound::Newer);
+        let (connection, _) = reader::connect(path)?;
+        match version(&connection)? {
+            version if version > latest_version(path) => return Ok(Sound::Newer),
+            TRIAL_VERSION => return Ok(Sound::No("an earlier trial version compressed it".to_owned())),
+            _ => {}
         }
         let tables: u32 = connection.query_row("SELECT count(*) FROM sqlite_schema", (), |row| row.get(0))?;
         if tables == 0 {

@@ -21,7 +21,7 @@ pub(crate) use catalogue::{FILE as CATALOGUE, Progress, load_months, load_names,
 pub use group::GroupKey;
 pub(crate) use imc::names::Names;
 pub use month::Extent;
-pub(crate) use month::{PACKED_VERSION, VERSION};
+pub(crate) use month::{PACKED_VERSION, TRIAL_VERSION, VERSION};
 pub use month_key::MonthKey;
 pub use order::Order;
 pub(crate) use schema::ESTIMATED_STATE;
@@ -35,12 +35,14 @@ use crate::fingerprint;
 use crate::packet::Arrived;
 use crate::range::NO_TIME_US;
 use catalogue::Catalogue;
+use chunk::Place;
 use imc::PacketView;
 use imc::names::{self, Told};
 use link::LinkSeq;
 use look::Sound;
-use month::{Entry, Month};
+use month::{Due, Entry, Month};
 use row::Sample;
+use rusqlite::{Connection, OpenFlags};
 use schema::Schema;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -177,7 +179,7 @@ impl History {
         let mut budget = MIN_ROLL_UP.max(rows_written + rows_written / 4);
         let commit = self.commit;
         for (_, month) in self.months.values_mut() {
-            let read = month.roll_up(&self.schema, commit, Some(budget))?;
+            let read = month.roll_up(&self.schema, Due::Quiet { commit }, budget)?;
             if read > 0 {
                 self.unsynced.insert(month.path().to_owned());
             }
@@ -200,7 +202,7 @@ impl History {
         for key in months(&self.folder)? {
             self.open_month(key)?;
             if let Some((_, month)) = self.months.get_mut(&key).filter(|(_, month)| month.stale() > 0) {
-                month.roll_up(&self.schema, self.commit, None)?;
+                month.roll_up(&self.schema, Due::All, u64::MAX)?;
                 self.unsynced.insert(month.path().to_owned());
             }
         }
@@ -260,14 +262,34 @@ impl History {
         self.catalogue.save(Some(streams))
     }
 
-    /// Rolls up everything in a month, and closes it.
-    pub(crate) fn ready_month(&mut self, key: MonthKey) -> Result<()> {
+    /// Rolls up in a month until about `budget` samples were read; where that is everything, closes it. Whether it is.
+    pub(crate) fn ready_month(&mut self, key: MonthKey, budget: u64) -> Result<bool> {
         self.open_month(key)?;
-        if let Some((_, mut month)) = self.months.remove(&key) {
-            month.roll_up(&self.schema, self.commit, None)?;
+        let Some((_, month)) = self.months.get_mut(&key) else { return Ok(false) };
+        if month.stale() > 0 {
+            month.roll_up(&self.schema, Due::All, budget)?;
             self.unsynced.insert(month.path().to_owned());
         }
-        Ok(())
+        let is_ready = month.stale() == 0;
+        if is_ready {
+            self.close_month(key);
+        }
+        Ok(is_ready)
+    }
+
+    /// Moves a damaged chunk of a month's file out of the way; the days that may have what it held count as not read. False where
+    /// the file is no month.
+    pub(crate) fn set_chunk_aside(&mut self, path: &Path, place: Place) -> Result<bool> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let Some(key) = MonthKey::from_file_name(&name) else { return Ok(false) };
+        self.close_month(key);
+        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let mut connection = Connection::open_with_flags(path, flags).named(path)?;
+        chunk::set_aside(&mut connection, place).named(path)?;
+        if matches!(place, Place::Rows(_)) {
+            self.catalogue.unread_month(key)?;
+        }
+        Ok(true)
     }
 
     /// Closes a month; it is opened again when needed.

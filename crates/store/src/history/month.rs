@@ -4,16 +4,13 @@ use super::MonthKey;
 use super::chunk::{self, Late};
 use super::columns::columns_of;
 use super::group::GroupKey;
-use super::order::Order;
 use super::rollup;
 use super::row::{self, RowError, Sample};
-use super::rows::Question;
 use super::schema::{MONTH, SHORT, Schema, Table};
 use crate::error::{Named as _, Result, StoreError};
-use crate::range::TimeRange;
 use imc::catalogue::MESSAGES;
 use imc::json::NestedText;
-use rusqlite::{Connection, OptionalExtension as _};
+use rusqlite::{Connection, OpenFlags, OptionalExtension as _};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -35,7 +32,9 @@ const STATEMENTS: usize = 256;
 /// Version of the layout of the catalogue, and of months.
 pub(crate) const VERSION: i64 = 1;
 /// Version of the layout of packed months, and the latest that is known: earlier programs leave a history alone that has one.
-pub(crate) const PACKED_VERSION: i64 = 2;
+pub(crate) const PACKED_VERSION: i64 = 3;
+/// Version of the layout of packed months of a trial, which is not read any more.
+pub(crate) const TRIAL_VERSION: i64 = 2;
 /// Commits after which a window that nothing more came to is rolled up, when a later one has begun.
 const QUIET_COMMITS: u64 = 2;
 /// The same when none has: the entity fell silent.
@@ -72,6 +71,18 @@ pub(crate) struct Entry<'a> {
     pub(crate) month: MonthKey,
     pub(crate) group: GroupKey,
     pub(crate) sample: Sample<'a>,
+}
+
+/// Which windows are rolled up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Due {
+    /// All that lack something.
+    All,
+    /// Those of them to which nothing came for some commits.
+    Quiet {
+        /// The commits so far.
+        commit: u64,
+    },
 }
 
 #[derive(Debug)]
@@ -138,16 +149,15 @@ impl Month {
         self.end(written).named(&path)
     }
 
-    /// Brings roll-ups up to date, in one transaction, until about `budget` samples were read; all of them
-    /// without a budget. Returns how many were read.
-    pub(crate) fn roll_up(&mut self, schema: &Schema, commit: u64, budget: Option<u64>) -> Result<u64> {
-        let due = self.due(commit, budget.is_none());
+    /// Brings roll-ups up to date, in one transaction, until about `budget` samples were read. Returns how many were read.
+    pub(crate) fn roll_up(&mut self, schema: &Schema, due: Due, budget: u64) -> Result<u64> {
+        let due = self.due(due);
         if due.is_empty() {
             return Ok(0);
         }
         let path = self.path.clone();
         self.connection.execute_batch("BEGIN IMMEDIATE").named(&path)?;
-        let rolled = self.roll_up_all(schema, &due, budget);
+        let rolled = self.roll_up_some(schema, &due, budget);
         self.end(rolled).named(&path)
     }
 
@@ -164,8 +174,7 @@ impl Month {
         let sample = &entry.sample;
         let (src, src_ent) = (entry.group.src, entry.group.src_ent);
         if let Some(table) = known.filter(|_| possible) {
-            let in_chunks = self.late.is_some();
-            let found = arrival_in_table(&self.connection, table, entry, in_chunks).named(&path)?;
+            let found = arrival_of_known(&self.connection, table, entry, self.late.as_mut()).named(&path)?;
             if found.is_some() {
                 return Ok(found);
             }
@@ -303,25 +312,26 @@ impl Month {
     }
 
     /// Windows whose turn it is.
-    fn due(&self, commit: u64, all: bool) -> Vec<(GroupKey, i64)> {
+    fn due(&self, due: Due) -> Vec<(GroupKey, i64)> {
         let ready = |(group, window): &(GroupKey, i64), touched: u64| {
             let later_began =
                 self.groups.get(group).is_some_and(|group| rollup::window(group.extent.last_us) > *window);
+            let Due::Quiet { commit } = due else { return true };
             let quiet = commit.saturating_sub(touched);
-            all || quiet >= SILENT_COMMITS || later_began && quiet >= QUIET_COMMITS
+            quiet >= SILENT_COMMITS || later_began && quiet >= QUIET_COMMITS
         };
         self.stale.iter().filter(|(key, touched)| ready(key, **touched)).map(|(key, _)| *key).collect()
     }
 
-    fn roll_up_all(
+    fn roll_up_some(
         &mut self,
         schema: &Schema,
         due: &[(GroupKey, i64)],
-        budget: Option<u64>,
+        budget: u64,
     ) -> rusqlite::Result<u64> {
         let mut read = 0;
         for (group, window) in due {
-            if budget.is_some_and(|budget| read >= budget) {
+            if read >= budget {
                 break;
             }
             if let Some(table) = schema.table(group.id) {
@@ -344,35 +354,27 @@ fn add_to_group(groups: &mut BTreeMap<GroupKey, Group>, key: GroupKey, added: Ex
     }
 }
 
-/// When the message of a table first arrived, if it is there; `in_chunks` where the month is packed, so that it may have no such
-/// table.
-fn arrival_in_table(
+/// When the message of a table first arrived, if it is there. A packed month, with `late`, may have no such table.
+fn arrival_of_known(
     connection: &Connection,
     table: &Table,
     entry: &Entry<'_>,
-    in_chunks: bool,
+    late: Option<&mut Late>,
 ) -> rusqlite::Result<Option<i64>> {
     let Sample { time_us, hash, .. } = entry.sample;
-    if !in_chunks {
-        // By its whole key: many messages have one time where a sender has no clock.
-        let sql = format!(
-            "SELECT received_us FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4",
-            table.desc.abbrev
-        );
-        let key = (entry.group.src, entry.group.src_ent, time_us, hash);
-        return connection.prepare_cached(&sql)?.query_row(key, |row| row.get(0)).optional();
-    }
-    let columns = ["hash", "received_us"];
-    let Some(mut question) = Question::new(connection, table, entry.group, &columns, Order::Oldest)? else {
-        return Ok(None);
-    };
-    let mut rows = question.rows(TimeRange { from_us: time_us, to_us: time_us.saturating_add(1) })?;
-    while let Some(row) = rows.next()? {
-        if row.get::<i64>(0)? == hash {
-            return row.get(1).map(Some);
+    if let Some(late) = late {
+        let found = late.arrival_of(connection, entry.group, (time_us, hash))?;
+        if found.is_some() || columns_of(connection, table.desc.abbrev)?.is_empty() {
+            return Ok(found);
         }
     }
-    Ok(None)
+    // By its whole key: many messages have one time where a sender has no clock.
+    let sql = format!(
+        "SELECT received_us FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4",
+        table.desc.abbrev
+    );
+    let key = (entry.group.src, entry.group.src_ent, time_us, hash);
+    connection.prepare_cached(&sql)?.query_row(key, |row| row.get(0)).optional()
 }
 
 fn other_message(table: &Table, entry: &Entry<'_>) -> String {
@@ -475,7 +477,9 @@ fn mark_stale(connection: &Connection, group: GroupKey, window: i64) -> rusqlite
 
 /// Makes a database one with a log, where it is not.
 pub(crate) fn keep_log(path: &Path) -> rusqlite::Result<()> {
-    let connection = Connection::open(path)?;
+    // A name that has no file gets none.
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags)?;
     let form: String = connection.query_row("PRAGMA journal_mode", (), |row| row.get(0))?;
     if form == "wal" { Ok(()) } else { connection.execute_batch("PRAGMA journal_mode = WAL") }
 }

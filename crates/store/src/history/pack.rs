@@ -1,7 +1,7 @@
 //! Making a packed month of a month: a new file beside it, read back row by row.
 
 use super::chunk::codec::{self, Column, FULL_BYTES, ROWS};
-use super::chunk::{BEFORE, Declared, TABLES, declared, is_packed, layout, rolled};
+use super::chunk::{BEFORE, Declared, TABLES, declared, declared_in, is_packed, owner, rolled};
 use super::columns::{SENT, columns_of};
 use super::group::GroupKey;
 use super::look;
@@ -12,7 +12,7 @@ use super::rows::{Question, Row};
 use super::schema::{KEY_COLUMNS, MONTH, SHORT, Schema};
 use crate::error::{Named as _, Result, StoreError};
 use crate::range::TimeRange;
-use crate::reader::{self, Memory};
+use crate::reader::{self, FileId, Memory};
 use rusqlite::types::{ToSqlOutput, ValueRef};
 use rusqlite::{Connection, params_from_iter};
 use std::fs::File;
@@ -30,6 +30,8 @@ const FIRST: [&str; BEFORE - 1] = ["hash", "received_us", "dst", "dst_ent", SENT
 #[derive(Debug)]
 pub(crate) struct Source {
     connection: Connection,
+    /// Which file it was.
+    file: FileId,
     /// SQLite's count of what others changed.
     version: i64,
 }
@@ -37,15 +39,27 @@ pub(crate) struct Source {
 impl Source {
     /// Opens a month. Nothing that is written to it from here on is packed.
     pub(crate) fn open(path: &Path) -> Result<Self> {
-        let connection = reader::open(path, Memory::EXPORT).named(path)?;
-        connection.execute_batch("BEGIN").named(path)?;
-        let version = data_version(&connection).named(path)?;
-        Ok(Self { connection, version })
+        let source = Self::watch(path)?;
+        source.connection.execute_batch("BEGIN").named(path)?;
+        Ok(Self { version: data_version(&source.connection).named(path)?, ..source })
     }
 
-    /// Ends the moment; whether nothing was written since.
-    pub(crate) fn is_unchanged(&self) -> rusqlite::Result<bool> {
-        Ok(data_version(&self.connection)? == self.version)
+    /// Opens a month only to know whether something is written to it from here on.
+    pub(crate) fn watch(path: &Path) -> Result<Self> {
+        let (connection, file) = reader::connect(path).named(path)?;
+        Memory::EXPORT.set(&connection).named(path)?;
+        let version = data_version(&connection).named(path)?;
+        Ok(Self { connection, file, version })
+    }
+
+    /// Whether nothing was written since, and the file has still its name.
+    pub(crate) fn is_unchanged(&self, path: &Path) -> rusqlite::Result<bool> {
+        Ok(data_version(&self.connection)? == self.version && FileId::of(path) == Some(self.file))
+    }
+
+    /// Which file it is.
+    pub(crate) fn file(&self) -> FileId {
+        self.file
     }
 
     /// Ends the moment.
@@ -64,8 +78,15 @@ struct Work<'w> {
     source: &'w Connection,
     target: &'w Connection,
     goes_on: &'w mut dyn FnMut(u64) -> bool,
+    /// Messages that were written or compared.
     rows: u64,
+    /// Rows of other tables and roll-ups.
+    steps: u64,
+    is_stopped: bool,
 }
+
+/// Steps between two looks whether it goes on.
+const STEPS: u64 = 4_096;
 
 /// Makes a packed month of `source` in the file `part`, and reads it back. `goes_on` gets the rows that were written or compared so
 /// far, and may stop it by returning false. The file is synced; how many rows are in chunks.
@@ -77,13 +98,7 @@ pub(crate) fn make(
 ) -> Result<u64> {
     let target = Connection::open(part).named(part)?;
     target.execute_batch(NEW).named(part)?;
-    let mut work = Work {
-        schema: Schema::new(),
-        source: &source.connection,
-        target: &target,
-        goes_on: &mut *goes_on,
-        rows: 0,
-    };
+    let mut work = Work::new(&source.connection, &target, &mut *goes_on, 0);
     target.execute_batch("BEGIN").named(part)?;
     let tables = work.copy(path, part)?;
     target.execute_batch("COMMIT").named(part)?;
@@ -91,7 +106,7 @@ pub(crate) fn make(
     drop(work);
     drop(target);
     let target = reader::open(part, Memory::EXPORT).named(part)?;
-    let mut work = Work { schema: Schema::new(), source: &source.connection, target: &target, goes_on, rows };
+    let mut work = Work::new(&source.connection, &target, goes_on, rows);
     work.compare(&tables, path, part)?;
     source.end().named(path)?;
     drop(target);
@@ -109,7 +124,16 @@ struct Tables {
     messages: Vec<(u16, Vec<Declared>)>,
 }
 
-impl Work<'_> {
+impl<'w> Work<'w> {
+    fn new(
+        source: &'w Connection,
+        target: &'w Connection,
+        goes_on: &'w mut dyn FnMut(u64) -> bool,
+        rows: u64,
+    ) -> Self {
+        Self { schema: Schema::new(), source, target, goes_on, rows, steps: 0, is_stopped: false }
+    }
+
     fn copy(&mut self, path: &Path, part: &Path) -> Result<Tables> {
         let known = look::version(self.source).named(path)?;
         if known > PACKED_VERSION {
@@ -122,12 +146,14 @@ impl Work<'_> {
         let tables = self.tables().named(path)?;
         for name in &tables.plain {
             self.copy_table(name).named(part)?;
+            self.look()?;
         }
         self.target.execute_batch(MONTH).named(part)?;
         self.target.execute_batch(SHORT).named(part)?;
         self.target.execute_batch(TABLES).named(part)?;
         self.target.execute_batch(rolled::TABLE).named(part)?;
         self.pack_rolled().named(path)?;
+        self.look()?;
         self.copy_short().named(part)?;
         for (id, columns) in &tables.messages {
             let mut all = 0;
@@ -156,17 +182,19 @@ impl Work<'_> {
             statement.query_map((), |row| row.get(0))?.collect::<rusqlite::Result<_>>()?;
         for name in names {
             match self.schema.named(&name) {
-                Some(table) => found.messages.push((table.desc.id, declared_in(self.source, &name)?)),
+                Some(table) => found.messages.push((table.desc.id, columns_declared(self.source, &name)?)),
                 None if OWN.contains(&name.as_str()) => {}
                 None => found.plain.push(name),
             }
         }
         if is_packed(self.source)? {
-            let mut statement = self.source.prepare("SELECT layout,id FROM _layout")?;
+            let mut statement = self.source.prepare(
+                "SELECT id,columns FROM _layout WHERE layout IN (SELECT layout FROM _chunk) ORDER BY layout",
+            )?;
             let layouts = statement.query_map((), |row| Ok((row.get(0)?, row.get(1)?)))?;
             for one in layouts {
-                let (number, id): (i64, u16) = one?;
-                let columns = layout(self.source, number)?;
+                let (id, text): (u16, String) = one?;
+                let columns = declared_in(&text);
                 match found.messages.iter_mut().find(|(of, _)| *of == id) {
                     None => found.messages.push((id, columns)),
                     Some((_, all)) => {
@@ -207,7 +235,7 @@ impl Work<'_> {
     }
 
     /// Copies a table as it is, by its own definition.
-    fn copy_table(&self, name: &str) -> rusqlite::Result<()> {
+    fn copy_table(&mut self, name: &str) -> rusqlite::Result<()> {
         let sql = "SELECT sql FROM sqlite_schema WHERE type='table' AND name=?1";
         let create: String = self.source.query_row(sql, [name], |row| row.get(0))?;
         self.target.execute_batch(&create)?;
@@ -225,40 +253,51 @@ impl Work<'_> {
                 .map(|at| row.get_ref(at).map(ToSqlOutput::Borrowed))
                 .collect::<rusqlite::Result<_>>()?;
             insert.execute(params_from_iter(values))?;
+            if !self.step() {
+                break;
+            }
         }
         Ok(())
     }
 
-    fn pack_rolled(&self) -> rusqlite::Result<()> {
+    fn pack_rolled(&mut self) -> rusqlite::Result<()> {
         let mut chunk = rolled::Growing::new();
-        rolled::each(self.source, &mut |series, level_s, cells| {
-            cells.iter().try_for_each(|(at, cell)| chunk.add(self.target, (series, level_s, *at), cell))
+        let (source, target) = (self.source, self.target);
+        rolled::each(source, &mut |series, level_s, cells| {
+            for (at, cell) in &cells {
+                chunk.add(target, (series, level_s, *at), cell)?;
+                if !self.step() {
+                    return Ok(false);
+                }
+            }
+            Ok(true)
         })?;
-        chunk.write(self.target)
+        chunk.write(target)
     }
 
     /// Holds the roll-ups of the new file against those of the month.
-    fn has_same_rolled(&self) -> rusqlite::Result<bool> {
+    fn has_same_rolled(&mut self) -> rusqlite::Result<bool> {
         let (mut own, mut new) = (0, 0);
         let mut same = true;
-        rolled::each(self.source, &mut |series, level_s, cells| {
+        let (source, target) = (self.source, self.target);
+        rolled::each(source, &mut |series, level_s, cells| {
             own += cells.len();
             if let Some((first, last)) = cells.keys().next().zip(cells.keys().next_back()) {
-                let there = rollup::stored(self.target, series, level_s, *first..last + 1, true)?;
+                let there = rollup::stored(target, series, level_s, *first..last + 1, true)?;
                 same &= there == cells;
             }
-            Ok(())
+            Ok(cells.iter().all(|_| self.step()))
         })?;
-        rolled::each(self.target, &mut |_, _, cells| {
+        rolled::each(target, &mut |_, _, cells| {
             new += cells.len();
-            Ok(())
+            Ok(cells.iter().all(|_| self.step()))
         })?;
-        let all: i64 = self.source.query_row("SELECT count(*) FROM _rollup", (), |row| row.get(0))?;
+        let all: i64 = source.query_row("SELECT count(*) FROM _rollup", (), |row| row.get(0))?;
         Ok(same && own == new && own as i64 >= all)
     }
 
     /// Copies how many fields messages had that the catalogue lacks; all others have that in their chunks.
-    fn copy_short(&self) -> rusqlite::Result<()> {
+    fn copy_short(&mut self) -> rusqlite::Result<()> {
         let mut insert = self.target.prepare("INSERT INTO _short VALUES (?1,?2,?3,?4,?5,?6)")?;
         let mut statement = self.source.prepare("SELECT id,src,src_ent,time_us,hash,fields FROM _short")?;
         let mut rows = statement.query(())?;
@@ -268,6 +307,9 @@ impl Work<'_> {
                 let of: (u16, u8, i64) = (row.get(1)?, row.get(2)?, row.get(3)?);
                 let (hash, fields): (i64, i64) = (row.get(4)?, row.get(5)?);
                 insert.execute((id, of.0, of.1, of.2, hash, fields))?;
+            }
+            if !self.step() {
+                break;
             }
         }
         Ok(())
@@ -279,7 +321,9 @@ impl Work<'_> {
         let names = names(columns);
         let question = Question::new(self.source, table, group, &names, Order::Oldest).named(path)?;
         let Some(mut question) = question else { return Ok(0) };
-        let layout = layout_of(self.target, group.id, columns).named(part)?;
+        let text = layout_text(columns);
+        let layout = layout_of(self.target, group.id, &text).named(part)?;
+        let owner = owner(group, &text);
         let mut chunk = Growing::new(names.len() + 1);
         let mut rows = question.rows(TimeRange::ALL).named(path)?;
         let mut count = 0;
@@ -288,14 +332,14 @@ impl Work<'_> {
             count += 1;
             if chunk.is_full() {
                 self.rows += chunk.rows as u64;
-                chunk.write(self.target, group, layout).named(part)?;
+                chunk.write(self.target, group, layout, &owner).named(part)?;
                 if !(self.goes_on)(self.rows) {
                     return Err(StoreError::Cancelled);
                 }
             }
         }
         self.rows += chunk.rows as u64;
-        chunk.write(self.target, group, layout).named(part)?;
+        chunk.write(self.target, group, layout, &owner).named(part)?;
         Ok(count)
     }
 
@@ -305,8 +349,11 @@ impl Work<'_> {
             if !self.is_same_table(name).named(part)? {
                 return Err(differs(path, &format!("other rows of {name}")));
             }
+            self.look()?;
         }
-        if !self.has_same_rolled().named(part)? {
+        let has_same_rolled = self.has_same_rolled().named(part)?;
+        self.look()?;
+        if !has_same_rolled {
             return Err(differs(path, "other roll-ups"));
         }
         for (id, columns) in &tables.messages {
@@ -331,10 +378,25 @@ impl Work<'_> {
                 }
             }
         }
-        if (self.goes_on)(self.rows) { Ok(()) } else { Err(StoreError::Cancelled) }
+        self.look()
     }
 
-    fn is_same_table(&self, name: &str) -> rusqlite::Result<bool> {
+    /// Counts a row, and looks now and then whether it goes on: false where it does not, and then [`Self::look`] says so too.
+    fn step(&mut self) -> bool {
+        self.steps += 1;
+        if self.steps.is_multiple_of(STEPS) {
+            self.is_stopped |= !(self.goes_on)(self.rows);
+        }
+        !self.is_stopped
+    }
+
+    /// Looks whether it goes on.
+    fn look(&mut self) -> Result<()> {
+        self.is_stopped |= !(self.goes_on)(self.rows);
+        if self.is_stopped { Err(StoreError::Cancelled) } else { Ok(()) }
+    }
+
+    fn is_same_table(&mut self, name: &str) -> rusqlite::Result<bool> {
         let (select, columns) = select(self.source, name)?;
         let (mut own, mut new) = (self.source.prepare(&select)?, self.target.prepare(&select)?);
         let (mut own, mut new) = (own.query(())?, new.query(())?);
@@ -350,12 +412,13 @@ impl Work<'_> {
                 }
                 _ => return Ok(false),
             }
+            // Its caller looks, and ends the work.
+            if !self.step() {
+                return Ok(true);
+            }
         }
     }
 }
-
-/// Rows that are compared between two looks whether it goes on.
-const COMPARED_ROWS: u64 = 4_096;
 
 /// Whether two questions have the same rows.
 fn same_rows(
@@ -383,7 +446,7 @@ fn same_rows(
         }
         *compared += 1;
         // Its caller asks again, and ends the work.
-        if compared.is_multiple_of(COMPARED_ROWS) && !goes_on(*compared) {
+        if compared.is_multiple_of(STEPS) && !goes_on(*compared) {
             return Ok(true);
         }
     }
@@ -430,10 +493,16 @@ impl Growing {
     }
 
     /// Writes it, if it has rows, and begins the next one.
-    fn write(&mut self, target: &Connection, group: GroupKey, layout: i64) -> rusqlite::Result<()> {
+    fn write(
+        &mut self,
+        target: &Connection,
+        group: GroupKey,
+        layout: i64,
+        owner: &str,
+    ) -> rusqlite::Result<()> {
         let key = |row: usize, at: usize| self.columns[at].integers().map(|values| values[row]);
         let Some(last) = self.rows.checked_sub(1) else { return Ok(()) };
-        let body = codec::encode(&self.columns)
+        let body = codec::encode(&self.columns, owner)
             .map_err(|error| rusqlite::Error::ToSqlConversionFailure(Box::new(error)))?;
         target.prepare_cached("INSERT INTO _chunk VALUES (NULL,?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)")?.execute(
             (
@@ -460,7 +529,7 @@ fn names(columns: &[Declared]) -> Vec<&str> {
 }
 
 /// The columns of a message's table after those that every one has, without those that it computes.
-fn declared_in(connection: &Connection, table: &str) -> rusqlite::Result<Vec<Declared>> {
+fn columns_declared(connection: &Connection, table: &str) -> rusqlite::Result<Vec<Declared>> {
     let mut statement =
         connection.prepare("SELECT name || ' ' || type FROM pragma_table_info(?1) ORDER BY cid")?;
     let lines: Vec<String> =
@@ -469,14 +538,17 @@ fn declared_in(connection: &Connection, table: &str) -> rusqlite::Result<Vec<Dec
     Ok(lines.iter().map(|line| declared(line)).filter(is_own).collect())
 }
 
-/// The number of a layout, which is made when it is first needed.
-fn layout_of(target: &Connection, id: u16, columns: &[Declared]) -> rusqlite::Result<i64> {
+fn layout_text(columns: &[Declared]) -> String {
     let lines: Vec<String> = columns.iter().map(|one| format!("{} {}", one.name, one.kind)).collect();
-    let text = lines.join("\n");
+    lines.join("\n")
+}
+
+/// The number of a layout, which is made when it is first needed.
+fn layout_of(target: &Connection, id: u16, text: &str) -> rusqlite::Result<i64> {
     let mut find = target.prepare_cached("SELECT layout FROM _layout WHERE id=?1 AND columns=?2")?;
-    match find.query_row((id, &text), |row| row.get(0)) {
+    match find.query_row((id, text), |row| row.get(0)) {
         Err(rusqlite::Error::QueryReturnedNoRows) => {
-            target.prepare_cached("INSERT INTO _layout (id,columns) VALUES (?1,?2)")?.insert((id, &text))
+            target.prepare_cached("INSERT INTO _layout (id,columns) VALUES (?1,?2)")?.insert((id, text))
         }
         other => other,
     }

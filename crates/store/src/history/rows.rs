@@ -65,6 +65,18 @@ impl<'c> Question<'c> {
         Ok(Rows { ordinary, chunks: self.chunks.as_mut(), order, hash_at, given: Given::Neither })
     }
 
+    /// Bytes of what it keeps unpacked between two parts.
+    pub(crate) fn held_bytes(&self) -> usize {
+        self.chunks.as_ref().map_or(0, Chunks::open_bytes)
+    }
+
+    /// Gives that up; it is unpacked again when needed.
+    pub(crate) fn release(&mut self) {
+        if let Some(chunks) = &mut self.chunks {
+            chunks.release();
+        }
+    }
+
     /// How many rows there are in a part of the month.
     pub(crate) fn count(&mut self, part: TimeRange) -> rusqlite::Result<u64> {
         let mut count = self.chunks.as_mut().map_or(Ok(0), |chunks| chunks.count(part))?;

@@ -143,12 +143,8 @@ impl Reader {
     /// The part of a range in which the group has samples: from the first to the last one of all its recordings.
     pub(super) fn recorded(&mut self, group: GroupKey, range: TimeRange) -> Result<TimeRange> {
         let mut extent = Extent::NONE;
-        for (key, _) in self.parts(TimeRange::ALL)? {
-            if key == MonthKey::Undated {
-                continue;
-            }
-            let connection = self.month(key)?;
-            let read = || {
+        for key in self.keys()?.into_iter().filter(|key| *key != MonthKey::Undated) {
+            let read = |connection: &Connection| {
                 let sql = "SELECT first_us,last_us FROM _group WHERE id=?1 AND src=?2 AND src_ent=?3";
                 let mut find = connection.prepare_cached(sql)?;
                 find.query_row((group.id, group.src, group.src_ent), |row| {
@@ -156,7 +152,7 @@ impl Reader {
                 })
                 .optional()
             };
-            extent.merge(self.named(key, read())?.unwrap_or(Extent::NONE));
+            extent.merge(self.ask_month(key, read)?.unwrap_or(Extent::NONE));
         }
         if extent.count == 0 {
             return Ok(TimeRange { from_us: 0, to_us: 0 });

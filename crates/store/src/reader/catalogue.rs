@@ -4,8 +4,8 @@ use super::Reader;
 use crate::archive::DayKey;
 use crate::error::Result;
 use crate::history::{Extent, GroupKey, MonthKey, Progress, Table, load_progress};
-use crate::range::TimeRange;
 use imc::Address;
+use rusqlite::Connection;
 use std::collections::BTreeMap;
 use units::UtcTime;
 
@@ -89,9 +89,9 @@ impl Reader {
     /// When a file of the history cannot be read.
     pub fn systems(&mut self) -> Result<Vec<System>> {
         let names = self.names()?;
-        let all = by_system(self.extents()?);
         // When it was heard is told by stamps that can be believed, as long as there are any.
-        let dated = by_system(self.months_extents(|key| key != MonthKey::Undated)?);
+        let (all, dated) = self.extents_and_dated()?;
+        let (all, dated) = (by_system(all), by_system(dated));
         let told = |(address, all): (u16, Extent)| {
             let believed = dated.get(&address).copied().unwrap_or(all);
             (address, Extent { count: all.count, ..believed })
@@ -154,9 +154,8 @@ impl Reader {
     /// # Errors
     /// When a file of the history cannot be read.
     pub fn series(&mut self, system: Option<Address>) -> Result<Vec<Series>> {
-        self.parts(TimeRange::ALL)?;
         let names = self.names()?;
-        let dated = self.months_extents(|key| key != MonthKey::Undated)?;
+        let (extents, dated) = self.extents_and_dated()?;
         let wanted = |group: &GroupKey| system.is_none_or(|system| system.0 == group.src);
         let series = |(group, extent): (GroupKey, Extent)| Series {
             group,
@@ -165,7 +164,6 @@ impl Reader {
             extent,
             dated: dated.get(&group).copied().unwrap_or(Extent::NONE),
         };
-        let extents = self.months_extents(|_| true)?;
         Ok(extents.into_iter().filter(|(group, _)| wanted(group)).map(series).collect())
     }
 
@@ -175,20 +173,28 @@ impl Reader {
     }
 
     /// How much there is of each group, over all months.
-    pub(crate) fn extents(&mut self) -> Result<BTreeMap<GroupKey, Extent>> {
-        self.parts(TimeRange::ALL)?;
+    pub(crate) fn extents(&self) -> Result<BTreeMap<GroupKey, Extent>> {
         self.months_extents(|_| true)
     }
 
-    /// The same over the months that are open and `wanted`.
+    /// How much there is of each group, and how much of that has a believable time.
+    fn extents_and_dated(&self) -> Result<(BTreeMap<GroupKey, Extent>, BTreeMap<GroupKey, Extent>)> {
+        let dated = self.months_extents(|key| key != MonthKey::Undated)?;
+        let mut all = self.months_extents(|key| key == MonthKey::Undated)?;
+        for (group, extent) in &dated {
+            all.entry(*group).or_insert(Extent::NONE).merge(*extent);
+        }
+        Ok((all, dated))
+    }
+
+    /// The same over the months that are `wanted`.
     pub(super) fn months_extents(
         &self,
         wanted: impl Fn(MonthKey) -> bool,
     ) -> Result<BTreeMap<GroupKey, Extent>> {
         let mut extents: BTreeMap<GroupKey, Extent> = BTreeMap::new();
-        for key in crate::history::months(self.folder())?.into_iter().filter(|key| wanted(*key)) {
-            let Ok(connection) = self.month(key) else { continue };
-            let mut read = || -> rusqlite::Result<()> {
+        for key in self.keys()?.into_iter().filter(|key| wanted(*key)) {
+            let read = |connection: &Connection| {
                 let mut statement =
                     connection.prepare_cached("SELECT id,src,src_ent,first_us,last_us,count FROM _group")?;
                 let mut rows = statement.query(())?;
@@ -201,7 +207,7 @@ impl Reader {
                 }
                 Ok(())
             };
-            self.named(key, read())?;
+            self.ask_month(key, read)?;
         }
         Ok(extents)
     }

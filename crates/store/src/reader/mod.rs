@@ -60,6 +60,16 @@ impl Memory {
     pub(crate) const QUESTIONS: Self = Self { cache_kib: 8_000, map_bytes: 1 << 30 };
     /// For reading once through everything.
     pub(crate) const EXPORT: Self = Self { cache_kib: 2_000, map_bytes: 0 };
+
+    /// Lets a connection, which only reads, use so much.
+    pub(crate) fn set(self, connection: &Connection) -> rusqlite::Result<()> {
+        connection.execute_batch(&format!(
+            "PRAGMA cache_size = -{}; PRAGMA mmap_size = {}; PRAGMA busy_timeout = 5000; PRAGMA query_only = 1",
+            self.cache_kib, self.map_bytes
+        ))?;
+        connection.set_prepared_statement_cache_capacity(64);
+        Ok(())
+    }
 }
 
 /// The history, open for reading.
@@ -126,6 +136,24 @@ impl Reader {
         Ok(GroupKey { id, src: source.system.0, src_ent: source.entity })
     }
 
+    /// The months that there are.
+    pub(crate) fn keys(&self) -> Result<Vec<MonthKey>> {
+        history::months(&self.folder)
+    }
+
+    /// Asks one month. Where it is not open yet it is closed again: what asks all months must not keep them from being replaced.
+    pub(crate) fn ask_month<T>(
+        &self,
+        key: MonthKey,
+        ask: impl FnOnce(&Connection) -> rusqlite::Result<T>,
+    ) -> Result<T> {
+        if let Some(open) = self.months.get(&key) {
+            return self.named(key, ask(open));
+        }
+        let opened = open_known(&self.folder.join(key.file_name()), Memory::EXPORT)?;
+        self.named(key, ask(&opened))
+    }
+
     /// The files that hold a range, open, with the part that each holds.
     pub(crate) fn parts(&mut self, range: TimeRange) -> Result<Vec<(MonthKey, TimeRange)>> {
         let parts = MonthKey::parts(range, &history::months(&self.folder)?);
@@ -165,30 +193,40 @@ impl Reader {
         let connection = open_known(&path, Memory::EXPORT)?;
         ask(&connection).named(&path).map(Some)
     }
-
-    pub(crate) fn folder(&self) -> &Path {
-        &self.folder
-    }
 }
 
 /// As [`open`], but refuses what a later version wrote: what its tables mean is not known.
 fn open_known(path: &Path, memory: Memory) -> Result<Connection> {
     let connection = open(path, memory).named(path)?;
-    if look::version(&connection).named(path)? > history::latest_version(path) {
-        return Err(StoreError::Newer { path: path.to_owned() });
+    match look::version(&connection).named(path)? {
+        version if version > history::latest_version(path) => {
+            Err(StoreError::Newer { path: path.to_owned() })
+        }
+        history::TRIAL_VERSION => Err(StoreError::Trial { path: path.to_owned() }),
+        _ => Ok(connection),
     }
-    Ok(connection)
 }
 
 /// Opens a database for reading, beside its writer or where nobody may write.
 pub(crate) fn open(path: &Path, memory: Memory) -> rusqlite::Result<Connection> {
-    let connection = connect(path)?;
-    connection.execute_batch(&format!(
-        "PRAGMA cache_size = -{}; PRAGMA mmap_size = {}; PRAGMA busy_timeout = 5000; PRAGMA query_only = 1",
-        memory.cache_kib, memory.map_bytes
-    ))?;
-    connection.set_prepared_statement_cache_capacity(64);
+    let (connection, _) = connect(path)?;
+    memory.set(&connection)?;
     Ok(connection)
+}
+
+/// Which file has a name, whatever name it gets later.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct FileId {
+    device: u64,
+    inode: u64,
+}
+
+impl FileId {
+    /// The file that has a name now, if any has.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let file = fs::metadata(path).ok()?;
+        Some(Self { device: file.dev(), inode: file.ino() })
+    }
 }
 
 /// Reading beside a writer takes files beside the database. In a folder that cannot be written they cannot be made, nor
@@ -196,13 +234,12 @@ pub(crate) fn open(path: &Path, memory: Memory) -> rusqlite::Result<Connection> 
 ///
 /// A month can get another file while it is opened: `months` waits for all that have the old one open, and who waits for that in turn
 /// opens the new one.
-pub(crate) fn connect(path: &Path) -> rusqlite::Result<Connection> {
-    let inode = || fs::metadata(path).map(|file| (file.dev(), file.ino())).ok();
+pub(crate) fn connect(path: &Path) -> rusqlite::Result<(Connection, FileId)> {
     loop {
-        let before = inode();
+        let before = FileId::of(path);
         let connection = connect_once(path)?;
-        if inode() == before {
-            return Ok(connection);
+        if let Some(file) = FileId::of(path).filter(|file| before == Some(*file)) {
+            return Ok((connection, file));
         }
     }
 }

@@ -40,10 +40,11 @@ impl Reader {
     /// When the history cannot be read.
     pub fn then(&mut self, system: Address, time_us: i64, series: usize, bytes: usize) -> Result<Snapshot> {
         let range = TimeRange { from_us: time_us.saturating_sub(BACK_US), to_us: time_us.saturating_add(1) };
-        self.parts(range)?;
+        let parts = self.parts(range)?;
+        let is_part = |key| key != MonthKey::Undated && parts.iter().any(|(part, _)| *part == key);
         let mut then = Snapshot::default();
         let mut taken = 0;
-        for (group, extent) in self.months_extents(|key| key != MonthKey::Undated)? {
+        for (group, extent) in self.months_extents(is_part)? {
             if group.src != system.0 || extent.first_us > time_us || extent.last_us < range.from_us {
                 continue;
             }

@@ -198,7 +198,7 @@ fn a_recording_takes_less_than_its_gzip_and_its_index_a_few_bytes_a_packet() {
     for month in plan_months(folder.path(), 1, utc(START_US + 90 * DAY_US)).unwrap() {
         assert!(store.ready_month(month.key).unwrap());
         let packed = PackedMonth::make(folder.path(), &month, &mut |_| true).unwrap();
-        store.adopt_month(packed).unwrap().unwrap();
+        store.adopt_month(packed).unwrap().done().unwrap();
     }
     store.close().unwrap();
     let [packed_months, _] = history(folder.path());

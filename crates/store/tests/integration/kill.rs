@@ -328,7 +328,7 @@ fn month_child() {
     });
     let packed = packed.unwrap();
     step(MonthStep::Made);
-    store.adopt_month_watched(packed, &mut step).unwrap().unwrap();
+    store.adopt_month_watched(packed, &mut step).unwrap().done().unwrap();
 }
 
 #[test]
@@ -344,7 +344,7 @@ fn a_server_that_is_killed_while_it_compresses_a_month_has_all_of_it() {
     let month = folder.path().join("history/2026-11.sqlite");
     let is_packed = || {
         let connection = rusqlite::Connection::open(&month).unwrap();
-        connection.query_row("PRAGMA user_version", (), |row| row.get::<_, i64>(0)).unwrap() == 2
+        connection.query_row("PRAGMA user_version", (), |row| row.get::<_, i64>(0)).unwrap() == 3
     };
     for step in MonthStep::ALL {
         kill_at(("kill::month_child", SEALING), folder.path(), &format!("{step:?}"));

@@ -8,8 +8,9 @@ use std::fs;
 use std::num::NonZeroI64;
 use std::path::{Path, PathBuf};
 use store::{
-    CompressedMonth, CsvOptions, MonthKey, Order, PackableMonth, PackedMonth, Page, Reader, Selection, Shape,
-    Source, Store, TimeRange, Transport, doctor, export_csv, measure_csv, plan_months,
+    Adopted, CompressedMonth, CsvOptions, MonthKey, Order, PackableMonth, PackedMonth, Page, Reader,
+    Readiness, Selection, Shape, Source, Store, TimeRange, Transport, doctor, export_csv, measure_csv,
+    plan_months,
 };
 
 const DAY_US: i64 = 86_400_000_000;
@@ -22,7 +23,7 @@ fn compress(store: &mut Store) -> Vec<CompressedMonth> {
     let one = |month: PackableMonth| {
         assert!(store.ready_month(month.key).unwrap());
         let packed = PackedMonth::make(&folder, &month, &mut |_| true).unwrap();
-        store.adopt_month(packed).unwrap().unwrap()
+        store.adopt_month(packed).unwrap().done().unwrap()
     };
     months.into_iter().map(one).collect()
 }
@@ -39,6 +40,15 @@ fn version(file: &Path) -> i64 {
 fn form(file: &Path) -> String {
     let connection = rusqlite::Connection::open(file).unwrap();
     connection.query_row("PRAGMA journal_mode", (), |row| row.get(0)).unwrap()
+}
+
+/// The thermometer of [`temperature`].
+fn source() -> Source {
+    Source { system: OTTER, entity: 5, message: "Temperature".to_owned() }
+}
+
+fn sql(file: &Path, text: &str) {
+    rusqlite::Connection::open(file).unwrap().execute_batch(text).unwrap();
 }
 
 /// Everything that can be asked, as text.
@@ -202,7 +212,7 @@ fn a_compressed_month_answers_as_before_and_so_when_a_vessel_comes_home_late() {
     let done = compress(&mut pair.stores[1]);
     assert_eq!((done.len(), done[0].bytes), (1, before));
     assert!(done[0].packed_bytes * 3 < before, "{done:?}");
-    assert_eq!(version(&november(pair.folders[1].path())), 2, "earlier programs must refuse it");
+    assert_eq!(version(&november(pair.folders[1].path())), 3, "earlier programs must refuse it");
     assert_eq!(form(&november(pair.folders[1].path())), "wal", "or it could be replaced below its readers");
     assert!(compress(&mut pair.stores[1]).is_empty(), "it is compressed");
     pair.assert_same("compressed");
@@ -251,26 +261,51 @@ fn a_month_that_is_read_or_written_meanwhile_stays_as_it_is() {
     let part = folder.path().join("history/packing.sqlite");
     let packed = make(&mut store);
     take(&mut store, &said(60, 61), START_US + DAY_US);
-    assert_eq!(store.adopt_month(packed).unwrap(), None, "it lacks what came");
+    assert!(matches!(store.adopt_month(packed).unwrap(), Adopted::Changed), "it lacks what came");
     assert!(!part.exists());
     let packed = make(&mut store);
     let mut reader = Reader::open(folder.path()).unwrap();
     let before = reader.series(None).unwrap();
-    assert_eq!(store.adopt_month(packed).unwrap(), None, "somebody reads it");
+    reader.samples(&source(), &["value"], TimeRange::ALL, 10).unwrap();
+    let busy = |adopted: Adopted| match adopted {
+        Adopted::Busy(packed) => packed,
+        other => panic!("something reads it: {other:?}"),
+    };
+    let packed = busy(store.adopt_month(packed).unwrap());
+    let packed = busy(store.adopt_month(packed).unwrap());
     assert_eq!((version(&november(folder.path())), reader.series(None).unwrap()), (1, before.clone()));
+    take(&mut store, &said(61, 62), START_US + DAY_US);
     drop(reader);
+    assert!(matches!(store.adopt_month(packed).unwrap(), Adopted::Changed), "it came while it waited");
+    let packed = busy({
+        let packed = make(&mut store);
+        let mut reader = Reader::open(folder.path()).unwrap();
+        reader.samples(&source(), &["value"], TimeRange::ALL, 10).unwrap();
+        store.adopt_month(packed).unwrap()
+    });
+    let before = Reader::open(folder.path()).unwrap().series(None).unwrap();
+    // It is handed back until then, and a try after that does it. One that asks only what there is does not keep it open.
+    let mut reader = Reader::open(folder.path()).unwrap();
+    assert_eq!(reader.series(None).unwrap(), before);
+    assert!(!reader.systems().unwrap().is_empty());
+    assert!(store.adopt_month(packed).unwrap().done().is_some());
+    assert_eq!(reader.series(None).unwrap(), before);
+    assert_eq!(version(&november(folder.path())), 3);
+}
+
+#[test]
+fn what_is_not_finished_leaves_the_month_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    take(&mut store, &said(0, 50), START_US);
+    let part = folder.path().join("history/packing.sqlite");
     let stopped = PackedMonth::make(
         folder.path(),
         &plan_months(folder.path(), 0, utc(START_US + 90 * DAY_US)).unwrap()[0],
         &mut |_| false,
     );
     assert!(matches!(stopped, Err(store::StoreError::Cancelled)) && !part.exists());
-    let packed = make(&mut store);
-    assert!(store.adopt_month(packed).unwrap().is_some());
-    assert_eq!(
-        (version(&november(folder.path())), Reader::open(folder.path()).unwrap().series(None).unwrap()),
-        (2, before)
-    );
+    assert_eq!(compress(&mut store).len(), 1);
     // The newest month, and one that ended not so long ago.
     let (_, ended) = MonthKey::of(START_US).range_us().unwrap();
     assert_eq!(plan_months(folder.path(), 5, utc(ended + 5 * DAY_US - 1)).unwrap(), []);
@@ -316,24 +351,203 @@ fn a_damaged_chunk_is_named_and_all_others_are_read() {
     assert_eq!(ask(0, 5_000).unwrap().values[0].len(), 5_000);
 }
 
-#[test]
-fn a_packet_for_a_damaged_chunk_has_the_month_made_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut store = Store::open(folder.path()).unwrap();
+/// A compressed month of so many seconds, closed.
+fn compressed(folder: &Path, seconds: i64) {
+    let mut store = Store::open(folder).unwrap();
     let packets: Vec<Vec<u8>> =
-        (0..1_500).map(|at| temperature(START_US + at * SECOND_US, at as f32)).collect();
+        (0..seconds).map(|at| temperature(START_US + at * SECOND_US, at as f32)).collect();
     take(&mut store, &packets, START_US);
     compress(&mut store);
     store.close().unwrap();
-    let connection = rusqlite::Connection::open(november(folder.path())).unwrap();
-    connection.execute("UPDATE _chunk SET body=x'00' WHERE chunk=1", ()).unwrap();
-    drop(connection);
+}
+
+fn samples(folder: &Path) -> u64 {
+    Reader::open(folder).unwrap().series(None).unwrap().iter().map(|series| series.extent.count).sum()
+}
+
+fn told(folder: &Path, part: &str) -> bool {
+    let checks = doctor(folder, utc(START_US + 60 * DAY_US), true, &mut |_| true).unwrap();
+    checks.iter().any(|check| check.found.contains(part))
+}
+
+#[test]
+fn what_was_in_a_damaged_chunk_comes_from_the_archive_when_a_packet_falls_into_it() {
+    let folder = tempfile::tempdir().unwrap();
+    compressed(folder.path(), 1_500);
+    sql(&november(folder.path()), "UPDATE _chunk SET body=x'00' WHERE chunk=1");
     let mut store = Store::open(folder.path()).unwrap();
     take(&mut store, &[temperature(START_US + 5, 3.0)], START_US + DAY_US);
     assert_eq!(store.behind(), None);
-    let series = Reader::open(folder.path()).unwrap().series(None).unwrap();
-    assert_eq!(series[0].extent.count, 1_501);
+    assert_eq!(samples(folder.path()), 1_501);
+    assert!(!folder.path().join("history.aside").exists(), "only the chunk is set aside");
+    assert!(told(folder.path(), "1 damaged chunks were read again from the archive"));
+    assert_eq!(compress(&mut store).len(), 1, "it is no month of late packets for ever");
+    assert_eq!(compress(&mut store).len(), 0);
+    assert_eq!(samples(folder.path()), 1_501);
+}
+
+#[test]
+fn where_the_archive_is_pruned_only_the_damaged_chunk_is_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    compressed(folder.path(), 5_000);
+    fs::remove_dir_all(folder.path().join("archive/0x2810/20261121")).unwrap();
+    // Of the ten minutes after the late packet too, which are rolled up again.
+    sql(&november(folder.path()), "UPDATE _chunk SET body=x'00' WHERE chunk=2");
+    let mut store = Store::open(folder.path()).unwrap();
+    take(&mut store, &[temperature(START_US + 1_023 * SECOND_US + 5, 3.0)], START_US + DAY_US);
+    assert_eq!(store.behind(), None);
+    assert_eq!(samples(folder.path()), 5_000 - 1_024 + 1);
+    assert!(!folder.path().join("history.aside").exists());
+    assert!(told(
+        folder.path(),
+        "1024 samples are missing, of 1 damaged chunks that were set aside, the first Temperature of 0x2810"
+    ));
+    let range = TimeRange { from_us: START_US + 2_048 * SECOND_US, to_us: i64::MAX };
+    let rest = Reader::open(folder.path()).unwrap().samples(&source(), &["value"], range, 10_000).unwrap();
+    assert_eq!(rest.values[0].len(), 5_000 - 2_048);
+}
+
+#[test]
+fn a_month_with_damaged_chunks_is_compressed_again_without_them() {
+    let folder = tempfile::tempdir().unwrap();
+    compressed(folder.path(), 3_000);
+    let mut reader = Reader::open(folder.path()).unwrap();
+    let before = reader.buckets(&source(), "value", TimeRange::ALL, 3).unwrap();
+    drop(reader);
+    fs::remove_dir_all(folder.path().join("archive/0x2810/20261121")).unwrap();
+    sql(&november(folder.path()), "UPDATE _rolled SET body=x'00'");
+    let mut store = Store::open(folder.path()).unwrap();
+    let late: Vec<Vec<u8>> =
+        (0..1_000).map(|at| temperature(START_US + (9_000 + at) * SECOND_US, 3.0)).collect();
+    take(&mut store, &late, START_US + DAY_US);
+    let month = plan_months(folder.path(), 0, utc(START_US + 90 * DAY_US)).unwrap()[0];
+    let mut tries = 0;
+    let packed = loop {
+        assert!(store.ready_month(month.key).unwrap());
+        match PackedMonth::make(folder.path(), &month, &mut |_| true) {
+            Ok(packed) => break packed,
+            Err(error) => assert!(store.mend(&error).unwrap(), "{error}"),
+        }
+        while store.is_behind() {
+            store.commit().unwrap();
+        }
+        tries += 1;
+    };
+    assert!(tries > 0, "the roll-ups were damaged");
+    assert!(store.adopt_month(packed).unwrap().done().is_some());
+    assert_eq!(samples(folder.path()), 4_000);
+    let range = TimeRange { from_us: i64::MIN, to_us: START_US + 3_000 * SECOND_US };
+    let after = Reader::open(folder.path()).unwrap().buckets(&source(), "value", range, 3).unwrap();
+    assert_eq!(format!("{after:?}"), format!("{before:?}"));
+}
+
+#[test]
+fn columns_that_changed_their_names_by_a_fault_are_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    compressed(folder.path(), 100);
+    sql(&november(folder.path()), "UPDATE _layout SET columns=replace(columns,'value','valve')");
+    let asked = Reader::open(folder.path())
+        .unwrap()
+        .samples(&source(), &["value"], TimeRange::ALL, 1_000)
+        .unwrap_err();
+    assert!(asked.to_string().contains("its sum is wrong"), "{asked}");
+    sql(&november(folder.path()), "DELETE FROM _layout");
+    assert!(told(folder.path(), "the list of its columns is gone"));
+}
+
+#[test]
+fn a_month_of_the_trial_version_is_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    compressed(folder.path(), 100);
+    sql(&november(folder.path()), "PRAGMA user_version=2");
+    let asked = Reader::open(folder.path()).unwrap().series(None).unwrap_err().to_string();
+    assert!(asked.contains("trial version") && asked.contains("start the server"), "{asked}");
+    let mut store = Store::open(folder.path()).unwrap();
+    store.settle().unwrap();
+    assert_eq!((version(&november(folder.path())), samples(folder.path())), (1, 100));
     assert!(folder.path().join("history.aside/2026-11.sqlite").exists());
+}
+
+#[test]
+fn a_month_whose_file_is_another_by_then_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    take(&mut store, &said(0, 50), START_US);
+    let file = november(folder.path());
+    let make = |store: &mut Store| {
+        let month = plan_months(folder.path(), 0, utc(START_US + 90 * DAY_US)).unwrap()[0];
+        assert!(store.ready_month(month.key).unwrap());
+        PackedMonth::make(folder.path(), &month, &mut |_| true).unwrap()
+    };
+    let packed = make(&mut store);
+    let copy = folder.path().join("copy");
+    fs::copy(&file, &copy).unwrap();
+    fs::rename(&copy, &file).unwrap();
+    assert!(matches!(store.adopt_month(packed).unwrap(), Adopted::Changed));
+    let packed = make(&mut store);
+    fs::rename(&file, &copy).unwrap();
+    assert!(matches!(store.adopt_month(packed).unwrap(), Adopted::Changed));
+    assert!(!file.exists(), "no empty month is made");
+}
+
+#[test]
+fn a_month_is_made_ready_by_small_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    let packets: Vec<Vec<u8>> =
+        (0..30_000).map(|at| temperature(START_US + at * SECOND_US, at as f32)).collect();
+    take(&mut store, &packets, START_US);
+    sql(
+        &november(folder.path()),
+        "INSERT OR IGNORE INTO _stale WITH RECURSIVE w(at) AS (SELECT first_us/600000000 FROM _group UNION ALL SELECT at+1 FROM w \
+         WHERE at < (SELECT last_us/600000000 FROM _group)) SELECT id,src,src_ent,at FROM _group, w",
+    );
+    store.close().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    let (mut steps, key) = (0, MonthKey::of(START_US));
+    let mut longest = std::time::Duration::ZERO;
+    loop {
+        let began = std::time::Instant::now();
+        let ready = store.ready_month_some(key).unwrap();
+        longest = longest.max(began.elapsed());
+        match ready {
+            Readiness::Ready => break,
+            Readiness::Unfinished => steps += 1,
+            Readiness::Behind => panic!("nothing is missing"),
+        }
+    }
+    println!("longest hold {longest:?}");
+    assert!(steps >= 5, "all was rolled up in {steps} steps");
+}
+
+#[test]
+fn compressing_stops_wherever_it_is_asked_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    let hours: Vec<Vec<u8>> =
+        (0..9_000).map(|at| temperature(START_US + at * 10 * SECOND_US, at as f32)).collect();
+    take(&mut store, &hours, START_US);
+    let month = plan_months(folder.path(), 0, utc(START_US + 90 * DAY_US)).unwrap()[0];
+    assert!(store.ready_month(month.key).unwrap());
+    let mut looks = Vec::new();
+    PackedMonth::make(folder.path(), &month, &mut |rows| {
+        looks.push(rows);
+        true
+    })
+    .unwrap();
+    let first = looks.iter().position(|rows| *rows > 0).unwrap();
+    let tables = looks[..first].len();
+    // Four tables, the end of the roll-ups, and two looks among those.
+    assert!(tables > 5, "roll-ups too are copied with looks between: {looks:?}");
+    for stop_at in [0, tables - 1, first, looks.len() - 2, looks.len() - 1] {
+        let mut look = 0;
+        let stopped = PackedMonth::make(folder.path(), &month, &mut |_| {
+            look += 1;
+            look <= stop_at
+        });
+        assert!(matches!(stopped, Err(store::StoreError::Cancelled)), "{stop_at}");
+        assert!(!folder.path().join("history/packing.sqlite").exists());
+    }
 }
 
 #[test]

@@ -3,9 +3,10 @@
 //! ```text
 //! 1, count of rows, count of columns, bytes of each column    numbers as LEB128
 //! the columns
-//! CRC-32 of all that, little endian
+//! CRC-32 of what the chunk belongs to and of all that, little endian
 //! ```
-//! A column is `0` and its bytes, or `1`, their length and zstd of them. The bytes begin with the kind that all values have, or
+//! What it belongs to is not written again: its group and the text of its layout, which are read with it. A fault there is seen too.
+//! //! A column is `0` and its bytes, or `1`, their length and zstd of them. The bytes begin with the kind that all values have, or
 //! with [`MIXED`] and the kind of each. Then come the integers, the reals, and the lengths and the bytes of texts and blobs, each
 //! part only where there are values of that kind. Numbers are written in whichever way takes the least room: as differences, as
 //! differences of differences, or with their first bytes side by side, then their second ones, and so on. Reals that came as
@@ -22,7 +23,7 @@ pub(crate) const FULL_BYTES: usize = 1 << 20;
 const MOST_COLUMNS: usize = 2_000;
 /// Most bytes of a column. A packet has 64 KiB at most, also when its nested messages are written as text some MiB.
 const MOST_BYTES: usize = 16 << 20;
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 const LEVEL: i32 = 9;
 
 const NULL: u8 = 0;
@@ -41,6 +42,7 @@ pub(crate) struct Damaged(&'static str);
 
 impl Damaged {
     pub(crate) const GONE: Self = Self("it is gone");
+    pub(crate) const LAYOUT: Self = Self("the list of its columns is gone");
     pub(crate) const KEYS: Self = Self("its times are not times");
     pub(crate) const ROWS: Self = Self("its rows are not those that it says it has");
 }
@@ -102,6 +104,12 @@ impl Column {
     /// All values, if all are integers.
     pub(crate) fn integers(&self) -> Option<&[i64]> {
         (self.integers.len() == self.kinds.len()).then_some(&self.integers)
+    }
+
+    /// How much memory it takes, about.
+    pub(crate) fn bytes(&self) -> usize {
+        let numbers = 8 * (self.integers.len() + self.reals.len());
+        self.kinds.len() + 4 * (self.places.len() + self.ends.len()) + numbers + self.bytes.len()
     }
 
     /// Bytes of texts and blobs.
@@ -181,8 +189,8 @@ impl Column {
     }
 }
 
-/// Columns of equally many rows as a chunk.
-pub(crate) fn encode(columns: &[Column]) -> Result<Vec<u8>, Damaged> {
+/// Columns of equally many rows as a chunk of what `owner` says.
+pub(crate) fn encode(columns: &[Column], owner: &str) -> Result<Vec<u8>, Damaged> {
     let rows = columns.first().map_or(0, |column| column.kinds.len());
     if columns.iter().any(|column| column.kinds.len() != rows || column.bytes.len() > MOST_BYTES / 2) {
         return Err(Damaged("a value is too long for a chunk"));
@@ -195,10 +203,16 @@ pub(crate) fn encode(columns: &[Column]) -> Result<Vec<u8>, Damaged> {
         write_varint(body.len() as u64, &mut out);
     }
     out.extend(bodies.concat());
-    let mut sum = Crc::new();
-    sum.update(&out);
-    out.extend_from_slice(&sum.sum().to_le_bytes());
+    let sum = sum_of(owner, &out);
+    out.extend_from_slice(&sum.to_le_bytes());
     Ok(out)
+}
+
+fn sum_of(owner: &str, bytes: &[u8]) -> u32 {
+    let mut sum = Crc::new();
+    sum.update(owner.as_bytes());
+    sum.update(bytes);
+    sum.sum()
 }
 
 /// A chunk whose sum was checked.
@@ -209,12 +223,10 @@ pub(crate) struct Body<'b> {
 }
 
 impl<'b> Body<'b> {
-    /// Checks the sum, and finds the columns.
-    pub(crate) fn open(bytes: &'b [u8]) -> Result<Self, Damaged> {
+    /// Checks the sum, and finds the columns. It must be a chunk of the very `owner`.
+    pub(crate) fn open(bytes: &'b [u8], owner: &str) -> Result<Self, Damaged> {
         let (said, sum) = bytes.split_last_chunk().ok_or(Damaged("it is too short"))?;
-        let mut own = Crc::new();
-        own.update(said);
-        if own.sum() != u32::from_le_bytes(*sum) {
+        if sum_of(owner, said) != u32::from_le_bytes(*sum) {
             return Err(Damaged("its sum is wrong"));
         }
         let mut rest = said.strip_prefix(&[VERSION]).ok_or(Damaged("it is of an unknown form"))?;
@@ -473,6 +485,8 @@ mod tests {
     use proptest::prelude::*;
     use rusqlite::types::Value;
 
+    const OWNER: &str = "149 10256 5\nvalue REAL";
+
     fn columns(values: &[Vec<Value>]) -> Vec<Column> {
         let column = |values: &Vec<Value>| {
             let mut column = Column::default();
@@ -485,7 +499,7 @@ mod tests {
     }
 
     fn back(bytes: &[u8]) -> Vec<Column> {
-        let body = Body::open(bytes).unwrap();
+        let body = Body::open(bytes, OWNER).unwrap();
         (0..body.columns.len()).map(|at| body.column(at).unwrap()).collect()
     }
 
@@ -498,9 +512,8 @@ mod tests {
     }
 
     fn mended(mut bytes: Vec<u8>) -> Vec<u8> {
-        let mut sum = Crc::new();
-        sum.update(&bytes);
-        bytes.extend_from_slice(&sum.sum().to_le_bytes());
+        let sum = sum_of(OWNER, &bytes);
+        bytes.extend_from_slice(&sum.to_le_bytes());
         bytes
     }
 
@@ -515,9 +528,18 @@ mod tests {
             rows().map(|_| Value::Text("sonar".to_owned())).collect::<Vec<_>>(),
         ];
         let columns = columns(&values);
-        let bytes = encode(&columns).unwrap();
+        let bytes = encode(&columns, OWNER).unwrap();
         assert_eq!(back(&bytes), columns);
         assert!(bytes.len() < 3 * ROWS, "{} bytes", bytes.len());
+    }
+
+    #[test]
+    fn a_chunk_of_another_series_or_with_other_columns_is_refused() {
+        let bytes = encode(&columns(&[vec![Value::Integer(5)]]), OWNER).unwrap();
+        assert!(Body::open(&bytes, OWNER).is_ok());
+        for other in ["149 10257 5\nvalue REAL", "149 10256 5\nvalve REAL", ""] {
+            assert_eq!(Body::open(&bytes, other).unwrap_err(), Damaged("its sum is wrong"), "{other}");
+        }
     }
 
     #[test]
@@ -527,7 +549,7 @@ mod tests {
         let integers = [i64::MIN, i64::MAX, 0, -1, 1, i64::MIN, i64::MIN, i64::MAX];
         let values = [reals.map(Value::Real).to_vec(), integers.map(Value::Integer).to_vec()];
         let columns = columns(&values);
-        let back = back(&encode(&columns).unwrap());
+        let back = back(&encode(&columns, OWNER).unwrap());
         for (column, own) in back.iter().zip(&columns) {
             assert!((0..8).all(|row| same(column.value(row), own.value(row))), "{column:?}");
         }
@@ -539,10 +561,13 @@ mod tests {
         write_varint(1 << 40, &mut column);
         let mut bytes = vec![VERSION, 1, 1, column.len() as u8];
         bytes.extend(column);
-        assert_eq!(Body::open(&mended(bytes)).unwrap().column(0), Err(Damaged("a length is too great")));
+        assert_eq!(
+            Body::open(&mended(bytes), OWNER).unwrap().column(0),
+            Err(Damaged("a length is too great"))
+        );
         let mut bytes = vec![VERSION];
         write_varint(1 << 50, &mut bytes);
-        assert_eq!(Body::open(&mended(bytes)).unwrap_err(), Damaged("a length is too great"));
+        assert_eq!(Body::open(&mended(bytes), OWNER).unwrap_err(), Damaged("a length is too great"));
     }
 
     fn value() -> impl Strategy<Value = Value> {
@@ -574,7 +599,7 @@ mod tests {
         #[test]
         fn whatever_a_table_holds_comes_back(values in tables()) {
             let columns = columns(&values);
-            let back = back(&encode(&columns).unwrap());
+            let back = back(&encode(&columns, OWNER).unwrap());
             for (column, values) in back.iter().zip(&values) {
                 for (row, value) in values.iter().enumerate() {
                     prop_assert!(same(column.value(row), ValueRef::from(value)), "{row}: {value:?}");
@@ -584,10 +609,10 @@ mod tests {
 
         #[test]
         fn one_damaged_byte_is_seen(values in tables(), at in any::<prop::sample::Index>(), bit in 0_u8..8) {
-            let mut bytes = encode(&columns(&values)).unwrap();
+            let mut bytes = encode(&columns(&values), OWNER).unwrap();
             let at = at.index(bytes.len());
             bytes[at] ^= 1 << bit;
-            prop_assert!(Body::open(&bytes).is_err());
+            prop_assert!(Body::open(&bytes, OWNER).is_err());
         }
 
         #[test]
@@ -596,12 +621,12 @@ mod tests {
             at in any::<prop::sample::Index>(),
             with in prop::collection::vec(any::<u8>(), 0..20),
         ) {
-            let mut bytes = encode(&columns(&values)).unwrap();
+            let mut bytes = encode(&columns(&values), OWNER).unwrap();
             bytes.truncate(bytes.len() - 4);
             let at = at.index(bytes.len());
             let end = bytes.len().min(at + with.len());
             bytes[at..end].copy_from_slice(&with[..end - at]);
-            if let Ok(body) = Body::open(&mended(bytes)) {
+            if let Ok(body) = Body::open(&mended(bytes), OWNER) {
                 for at in 0..body.columns.len() {
                     if let Ok(column) = body.column(at) {
                         for row in 0..body.rows {

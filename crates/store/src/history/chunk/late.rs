@@ -1,7 +1,7 @@
 //! Rows that come for a packed month.
 
 use super::read::Open;
-use super::{BEFORE, Declared, HEAD, Head, Key, SENT_AT, layout};
+use super::{BEFORE, Declared, HEAD, Head, Key, SENT_AT};
 use crate::history::columns::columns_of;
 use crate::history::group::GroupKey;
 use crate::history::schema::{KEY_COLUMNS, Table};
@@ -35,22 +35,39 @@ impl Late {
         key: Key,
         received_us: i64,
     ) -> rusqlite::Result<bool> {
-        let is_within = |of: GroupKey, head: &Head| of == group && (head.first..=head.last).contains(&key);
-        if !self.seen.as_ref().is_some_and(|(of, head, _)| is_within(*of, head)) {
-            let Some(head) = covering(connection, group, key)? else { return Ok(true) };
-            let open = Open::read(connection, group, &head, std::iter::once(Some(RECEIVED_AT)))?;
-            self.seen = Some((group, head, open));
-        }
-        let Some((_, head, open)) = &self.seen else { return Ok(true) };
-        if let Some(row) = open.find(key)
-            && let ValueRef::Integer(known_us) = open.value(row, 0)
-            && known_us <= received_us
-        {
+        let Some((head, open)) = self.covering(connection, group, key)? else { return Ok(true) };
+        if arrival(open, key).is_some_and(|known_us| known_us <= received_us) {
             return Ok(false);
         }
         unpack(connection, table, group, head)?;
         self.seen = None;
         Ok(true)
+    }
+
+    /// When the row with this key first arrived (µs), if a chunk has it.
+    pub(crate) fn arrival_of(
+        &mut self,
+        connection: &Connection,
+        group: GroupKey,
+        key: Key,
+    ) -> rusqlite::Result<Option<i64>> {
+        Ok(self.covering(connection, group, key)?.and_then(|(_, open)| arrival(open, key)))
+    }
+
+    /// The chunk within which a key lies, with its arrivals.
+    fn covering(
+        &mut self,
+        connection: &Connection,
+        group: GroupKey,
+        key: Key,
+    ) -> rusqlite::Result<Option<(&Head, &Open)>> {
+        let is_within = |of: GroupKey, head: &Head| of == group && (head.first..=head.last).contains(&key);
+        if !self.seen.as_ref().is_some_and(|(of, head, _)| is_within(*of, head)) {
+            let Some(head) = covering(connection, group, key)? else { return Ok(None) };
+            let open = Open::read(connection, group, &head, |_| vec![Some(RECEIVED_AT)])?;
+            self.seen = Some((group, head, open));
+        }
+        Ok(self.seen.as_ref().map(|(_, head, open)| (head, open)))
     }
 
     /// Forgets what it knows of the file, which was written to or not after all.
@@ -59,7 +76,15 @@ impl Late {
     }
 }
 
-/// The chunk within which a key lies.
+/// When a row of a chunk with its arrivals alone first arrived.
+fn arrival(open: &Open, key: Key) -> Option<i64> {
+    match open.value(open.find(key)?, 0) {
+        ValueRef::Integer(known_us) => Some(known_us),
+        _ => None,
+    }
+}
+
+/// The head of the chunk within which a key lies.
 fn covering(connection: &Connection, group: GroupKey, key: Key) -> rusqlite::Result<Option<Head>> {
     let mut find = connection.prepare_cached(&format!(
         "SELECT {HEAD} FROM _chunk WHERE id=?1 AND src=?2 AND src_ent=?3 AND (first_us,first_hash)<=(?4,?5) \
@@ -72,7 +97,11 @@ fn covering(connection: &Connection, group: GroupKey, key: Key) -> rusqlite::Res
 /// Makes ordinary rows of a chunk.
 fn unpack(connection: &Connection, table: &Table, group: GroupKey, head: &Head) -> rusqlite::Result<()> {
     let name = table.desc.abbrev;
-    let declared = layout(connection, head.layout)?;
+    let mut declared = Vec::new();
+    let open = Open::read(connection, group, head, |found| {
+        declared = found.to_vec();
+        (0..BEFORE + found.len()).map(Some).collect()
+    })?;
     let present = columns_of(connection, name)?;
     for Declared { name: column, kind } in &declared {
         // A column that this version's catalogue lacks.
@@ -88,7 +117,6 @@ fn unpack(connection: &Connection, table: &Table, group: GroupKey, head: &Head) 
     sql.extend([") VALUES (?", &",?".repeat(columns - 1), ")"]);
     let mut insert = connection.prepare_cached(&sql)?;
     let mut short = connection.prepare_cached("INSERT INTO _short VALUES (?1,?2,?3,?4,?5,?6)")?;
-    let open = Open::read(connection, group, head, (0..BEFORE + declared.len()).map(Some))?;
     for row in 0..open.rows() {
         insert.raw_bind_parameter(1, group.src)?;
         insert.raw_bind_parameter(2, group.src_ent)?;

@@ -15,6 +15,10 @@ pub(super) use read::{Chunks, Open};
 pub(super) use rolled::add as add_rolled;
 
 use super::group::GroupKey;
+use super::order::Order;
+use super::rows::Question;
+use super::schema::Schema;
+use crate::range::TimeRange;
 use codec::Damaged;
 use rusqlite::{Connection, OptionalExtension as _, Row};
 use units::UtcTime;
@@ -30,6 +34,8 @@ CREATE TABLE IF NOT EXISTS _chunk (
 CREATE UNIQUE INDEX IF NOT EXISTS _chunk_key ON _chunk (
   id, src, src_ent, first_us, first_hash, last_us, last_hash, count, layout);
 ";
+/// Chunks that could not be read, as they were; made with the first one.
+const DAMAGED: &str = "CREATE TABLE IF NOT EXISTS _damaged AS SELECT *,'' AS columns FROM _chunk WHERE 0";
 /// Columns of a chunk before those of the message: time, fingerprint, arrival, receiver, and how many fields were sent.
 pub(super) const BEFORE: usize = 6;
 /// The place of the last of them.
@@ -59,8 +65,7 @@ pub(crate) fn check(connection: &Connection) -> rusqlite::Result<()> {
     while let Some(row) = rows.next()? {
         let group = GroupKey { id: row.get(7)?, src: row.get(8)?, src_ent: row.get(9)? };
         let head = Head::read(row)?;
-        let columns = layout(connection, head.layout)?.len();
-        Open::read(connection, group, &head, (0..BEFORE + columns).map(Some))?;
+        Open::read(connection, group, &head, |declared| (0..BEFORE + declared.len()).map(Some).collect())?;
     }
     rolled::check(connection)
 }
@@ -89,27 +94,111 @@ impl Head {
         })
     }
 
-    fn damaged(&self, group: GroupKey, why: Damaged) -> rusqlite::Error {
+    /// Which samples it holds, for people.
+    fn told(&self, group: GroupKey) -> String {
         let message = imc::catalogue::by_id(group.id);
         let message = message.map_or_else(|| format!("message {}", group.id), |desc| desc.abbrev.to_owned());
         let [from, to] = [self.first.0, self.last.0].map(UtcTime::from_micros);
         let GroupKey { src, src_ent, .. } = group;
-        let text = format!("{message} of {src:#06x}, entity {src_ent}, from {from} to {to}: {why}");
-        rusqlite::Error::ToSqlConversionFailure(Box::new(DamagedChunk(text)))
+        format!("{message} of {src:#06x}, entity {src_ent}, from {from} to {to}")
     }
+
+    fn damaged(&self, group: GroupKey, why: Damaged) -> rusqlite::Error {
+        let text = format!("{}: {why}", self.told(group));
+        DamagedChunk { place: Place::Rows(self.chunk), text }.into()
+    }
+}
+
+/// Where a chunk lies in its month.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// In `_chunk`.
+    Rows(i64),
+    /// In `_rolled`.
+    Rolled(i64),
 }
 
 /// A chunk that cannot be read. The others can.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "a chunk is damaged, {0}. All other times can be read; stop the server and run `lutra-server reindex`, which makes the \
+    "a chunk is damaged, {text}. All other times can be read; stop the server and run `lutra-server reindex`, which makes the \
      history again from the archive"
 )]
-struct DamagedChunk(String);
+struct DamagedChunk {
+    place: Place,
+    text: String,
+}
 
-/// Whether an error says that a chunk is damaged.
-pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
-    matches!(error, rusqlite::Error::ToSqlConversionFailure(source) if source.is::<DamagedChunk>())
+impl From<DamagedChunk> for rusqlite::Error {
+    fn from(damaged: DamagedChunk) -> Self {
+        Self::ToSqlConversionFailure(Box::new(damaged))
+    }
+}
+
+/// The chunk that is damaged, if an error says so.
+pub(crate) fn damaged(error: &rusqlite::Error) -> Option<Place> {
+    match error {
+        rusqlite::Error::ToSqlConversionFailure(source) => {
+            source.downcast_ref().map(|damaged: &DamagedChunk| damaged.place)
+        }
+        _ => None,
+    }
+}
+
+/// Moves a damaged chunk out of the way, in one transaction: its samples do not count any more, and its bytes stay in `_damaged`.
+/// Roll-ups are made again. Nothing happens where it is gone.
+pub(crate) fn set_aside(connection: &mut Connection, place: Place) -> rusqlite::Result<()> {
+    let transaction = connection.transaction()?;
+    match place {
+        Place::Rows(chunk) => {
+            transaction.execute_batch(DAMAGED)?;
+            transaction.execute(
+                "INSERT INTO _damaged SELECT *,(SELECT columns FROM _layout WHERE _layout.layout=_chunk.layout) \
+                 FROM _chunk WHERE chunk=?1",
+                [chunk],
+            )?;
+            transaction.execute(
+                "UPDATE _group SET count=max(0,_group.count-gone.count) FROM _chunk AS gone WHERE gone.chunk=?1 \
+                 AND _group.id=gone.id AND _group.src=gone.src AND _group.src_ent=gone.src_ent",
+                [chunk],
+            )?;
+            transaction.execute("DELETE FROM _chunk WHERE chunk=?1", [chunk])?;
+        }
+        Place::Rolled(rolled) => rolled::remove(&transaction, rolled)?,
+    }
+    transaction.commit()
+}
+
+/// What was in chunks that were set aside.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Aside {
+    /// Samples that the history has not again by now.
+    pub(crate) missing: u64,
+    /// Which they are, for people.
+    pub(crate) what: String,
+}
+
+/// The chunks of a month that were set aside.
+pub(crate) fn aside(connection: &Connection, schema: &Schema) -> rusqlite::Result<Vec<Aside>> {
+    if super::columns::columns_of(connection, "_damaged")?.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut statement =
+        connection.prepare(&format!("SELECT {HEAD},id,src,src_ent FROM _damaged ORDER BY chunk"))?;
+    let mut rows = statement.query(())?;
+    let mut found = Vec::new();
+    while let Some(row) = rows.next()? {
+        let group = GroupKey { id: row.get(7)?, src: row.get(8)?, src_ent: row.get(9)? };
+        let head = Head::read(row)?;
+        let part = TimeRange { from_us: head.first.0, to_us: head.last.0.saturating_add(1) };
+        let there = match schema.table(group.id) {
+            Some(table) => Question::new(connection, table, group, &[], Order::Oldest)?
+                .map_or(Ok(0), |mut question| question.count(part))?,
+            None => 0,
+        };
+        found.push(Aside { missing: (head.count as u64).saturating_sub(there), what: head.told(group) });
+    }
+    Ok(found)
 }
 
 /// A column of a message's table, and its type in SQL.
@@ -119,15 +208,22 @@ pub(super) struct Declared {
     pub(super) kind: String,
 }
 
-/// The columns of a layout, which are those of a chunk after the first [`BEFORE`].
-pub(super) fn layout(connection: &Connection, layout: i64) -> rusqlite::Result<Vec<Declared>> {
+/// The columns of a layout as they stand in the month, which are those of a chunk after the first [`BEFORE`]; `None` when there is no
+/// such layout.
+pub(super) fn layout(connection: &Connection, layout: i64) -> rusqlite::Result<Option<String>> {
     let mut find = connection.prepare_cached("SELECT columns FROM _layout WHERE layout=?1")?;
-    let text: Option<String> = find.query_row([layout], |row| row.get(0)).optional()?;
-    let Some(text) = text else {
-        let missing = DamagedChunk(format!("layout {layout} is missing"));
-        return Err(rusqlite::Error::ToSqlConversionFailure(Box::new(missing)));
-    };
-    Ok(text.lines().map(declared).collect())
+    find.query_row([layout], |row| row.get(0)).optional()
+}
+
+/// The columns of a layout's text.
+pub(super) fn declared_in(text: &str) -> Vec<Declared> {
+    text.lines().map(declared).collect()
+}
+
+/// What a chunk's sum covers beside its bytes.
+pub(super) fn owner(group: GroupKey, layout: &str) -> String {
+    let GroupKey { id, src, src_ent } = group;
+    format!("{id} {src} {src_ent}\n{layout}")
 }
 
 pub(super) fn declared(line: &str) -> Declared {

@@ -1,7 +1,7 @@
 //! Reading the rows of chunks, one after another.
 
 use super::codec::{Body, Column, Damaged};
-use super::{BEFORE, HEAD, Head, Key, SENT_AT, layout};
+use super::{BEFORE, Declared, HEAD, Head, Key, SENT_AT, declared_in, layout, owner};
 use crate::history::columns::SENT;
 use crate::history::group::GroupKey;
 use crate::history::order::Order;
@@ -19,18 +19,20 @@ pub(crate) struct Open {
 }
 
 impl Open {
-    /// Unpacks a chunk's columns at these places.
+    /// Unpacks a chunk's columns at the places that `places` chooses by what the message has.
     pub(super) fn read(
         connection: &Connection,
         group: GroupKey,
         head: &Head,
-        places: impl Iterator<Item = Option<usize>>,
+        places: impl FnOnce(&[Declared]) -> Vec<Option<usize>>,
     ) -> rusqlite::Result<Self> {
+        let layout = layout(connection, head.layout)?;
         let mut find = connection.prepare_cached("SELECT body FROM _chunk WHERE chunk=?1")?;
         let bytes: Option<Vec<u8>> = find.query_row([head.chunk], |row| row.get(0)).optional()?;
         let unpack = || -> Result<Self, Damaged> {
             let bytes = bytes.as_deref().ok_or(Damaged::GONE)?;
-            let body = Body::open(bytes)?;
+            let layout = layout.ok_or(Damaged::LAYOUT)?;
+            let body = Body::open(bytes, &owner(group, &layout))?;
             let times = integers(&body.column(0)?)?;
             let hashes = integers(&body.column(1)?)?;
             let keys = || times.iter().copied().zip(hashes.iter().copied());
@@ -42,6 +44,7 @@ impl Open {
             if !is_sound {
                 return Err(Damaged::ROWS);
             }
+            let places = places(&declared_in(&layout)).into_iter();
             let columns =
                 places.map(|at| at.map(|at| body.column(at)).transpose()).collect::<Result<_, _>>()?;
             Ok(Self { chunk: head.chunk, times, hashes, columns })
@@ -51,6 +54,12 @@ impl Open {
 
     pub(super) fn rows(&self) -> usize {
         self.times.len()
+    }
+
+    /// How much memory it takes, about.
+    fn bytes(&self) -> usize {
+        let columns: usize = self.columns.iter().flatten().map(Column::bytes).sum();
+        columns + 16 * self.rows()
     }
 
     pub(super) fn key(&self, row: usize) -> Key {
@@ -91,9 +100,9 @@ pub(crate) struct Chunks<'c> {
     /// Names of the columns that are asked for.
     columns: Vec<String>,
     order: Order,
-    /// The part that is read, the chunks of it that wait, the next one last, and the rows of the open one.
+    /// The part that is read, the chunk of it that is next, and the rows of the open one that are left.
     part: TimeRange,
-    waiting: Vec<Head>,
+    next: Option<Head>,
     rows: Range<usize>,
     open: Option<Open>,
 }
@@ -111,18 +120,14 @@ impl<'c> Chunks<'c> {
             .exists((group.id, group.src, group.src_ent))?;
         let columns = columns.iter().map(|name| (*name).to_owned()).collect();
         let part = TimeRange { from_us: 0, to_us: 0 };
-        let new =
-            Self { connection, group, columns, order, part, waiting: Vec::new(), rows: 0..0, open: None };
+        let new = Self { connection, group, columns, order, part, next: None, rows: 0..0, open: None };
         Ok(has_some.then_some(new))
     }
 
     /// Begins with the first row of a part of the month.
     pub(crate) fn begin(&mut self, part: TimeRange) -> rusqlite::Result<()> {
         self.part = part;
-        self.waiting = self.heads(part)?;
-        if self.order == Order::Oldest {
-            self.waiting.reverse();
-        }
+        self.next = self.first()?;
         self.rows = 0..0;
         self.settle()
     }
@@ -151,35 +156,76 @@ impl<'c> Chunks<'c> {
             count += if is_whole {
                 head.count
             } else {
-                Open::read(self.connection, self.group, &head, std::iter::empty())?.within(part).len()
+                Open::read(self.connection, self.group, &head, |_| Vec::new())?.within(part).len()
             };
         }
         Ok(count as u64)
     }
 
+    /// Bytes of the chunk that is unpacked.
+    pub(crate) fn open_bytes(&self) -> usize {
+        self.open.as_ref().map_or(0, Open::bytes)
+    }
+
+    /// Gives up the chunk that is unpacked, between two parts; it is unpacked again when needed.
+    pub(crate) fn release(&mut self) {
+        (self.open, self.rows) = (None, 0..0);
+    }
+
     /// Opens the next chunk with rows when the open one has no more.
     fn settle(&mut self) -> rusqlite::Result<()> {
         while self.rows.is_empty()
-            && let Some(head) = self.waiting.pop()
+            && let Some(head) = self.next.take()
         {
             let open = match self.open.take().filter(|open| open.chunk == head.chunk) {
                 Some(open) => open,
-                None => Open::read(self.connection, self.group, &head, self.places(&head)?.into_iter())?,
+                None => Open::read(self.connection, self.group, &head, |declared| {
+                    self.columns.iter().map(|name| place(name, declared)).collect()
+                })?,
             };
             self.rows = open.within(self.part);
             self.open = Some(open);
+            self.next = self.after(&head)?;
         }
         Ok(())
     }
 
-    /// Where the columns that are asked for stand in a chunk.
-    fn places(&self, head: &Head) -> rusqlite::Result<Vec<Option<usize>>> {
-        const KEY: [&str; BEFORE] = ["time_us", "hash", "received_us", "dst", "dst_ent", SENT];
-        const _: () = assert!(SENT_AT == KEY.len() - 1);
-        let declared = layout(self.connection, head.layout)?;
-        let names = || KEY.into_iter().chain(declared.iter().map(|column| column.name.as_str()));
-        let place = |name: &String| names().position(|one| one.eq_ignore_ascii_case(name));
-        Ok(self.columns.iter().map(place).collect())
+    /// The first chunk of the part in the order of reading. They do not overlap: of those that begin before the part, only the last
+    /// can reach into it.
+    fn first(&self) -> rusqlite::Result<Option<Head>> {
+        let TimeRange { from_us, to_us } = self.part;
+        let last_before =
+            |time_us| self.head("<(?4,?5) ORDER BY first_us DESC,first_hash DESC", (time_us, i64::MIN));
+        let first = match self.order {
+            Order::Newest => last_before(to_us)?,
+            Order::Oldest => match last_before(from_us)?.filter(|head| head.last.0 >= from_us) {
+                None => self.head(">=(?4,?5) ORDER BY first_us,first_hash", (from_us, i64::MIN))?,
+                reaching => reaching,
+            },
+        };
+        Ok(first.filter(|head| self.is_within(head)))
+    }
+
+    /// The chunk of the part after another.
+    fn after(&self, head: &Head) -> rusqlite::Result<Option<Head>> {
+        let after = match self.order {
+            Order::Oldest => ">(?4,?5) ORDER BY first_us,first_hash",
+            Order::Newest => "<(?4,?5) ORDER BY first_us DESC,first_hash DESC",
+        };
+        Ok(self.head(after, head.first)?.filter(|head| self.is_within(head)))
+    }
+
+    fn is_within(&self, head: &Head) -> bool {
+        head.first.0 < self.part.to_us && head.last.0 >= self.part.from_us
+    }
+
+    /// The first head by a condition on where it begins, and an order.
+    fn head(&self, condition: &str, key: Key) -> rusqlite::Result<Option<Head>> {
+        let mut find = self.connection.prepare_cached(&format!(
+            "SELECT {HEAD} FROM _chunk WHERE id=?1 AND src=?2 AND src_ent=?3 AND (first_us,first_hash){condition} LIMIT 1"
+        ))?;
+        let GroupKey { id, src, src_ent } = self.group;
+        find.query_row((id, src, src_ent, key.0, key.1), Head::read).optional()
     }
 
     /// The chunks that may have rows in a part of the month, the oldest first.
@@ -193,4 +239,12 @@ impl<'c> Chunks<'c> {
         let GroupKey { id, src, src_ent } = self.group;
         statement.query_map((id, src, src_ent, part.from_us, part.to_us), Head::read)?.collect()
     }
+}
+
+/// Where a column that is asked for stands in a chunk.
+fn place(name: &str, declared: &[Declared]) -> Option<usize> {
+    const KEY: [&str; BEFORE] = ["time_us", "hash", "received_us", "dst", "dst_ent", SENT];
+    const _: () = assert!(SENT_AT == KEY.len() - 1);
+    let mut names = KEY.into_iter().chain(declared.iter().map(|column| column.name.as_str()));
+    names.position(|one| one.eq_ignore_ascii_case(name))
 }

@@ -2,7 +2,7 @@
 //! stands in the tables, and counts instead of that in a chunk.
 
 use super::codec::{self, Body, Column, Damaged, ROWS};
-use super::{DamagedChunk, is_packed};
+use super::{DamagedChunk, Place, is_packed};
 use crate::history::rollup::{self, Cell, Direction, LEVELS_S};
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OptionalExtension as _};
@@ -22,6 +22,8 @@ const COLUMNS: usize = 12;
 const AT_ONCE: i64 = 1 << 15;
 
 type Key = (i64, i64, i64);
+/// A chunk's number and bytes.
+type Numbered = (i64, Vec<u8>);
 
 /// Adds the cells of a level that are in chunks.
 pub(crate) fn add(
@@ -36,7 +38,7 @@ pub(crate) fn add(
     }
     let (from, to) = ((series, level_s, cells.start), (series, level_s, cells.end));
     for body in bodies(connection, from, to)? {
-        let columns = open(&body).map_err(damaged)?;
+        let columns = open(&body.1).map_err(|why| damaged(body.0, why))?;
         for row in 0..columns.rows {
             if (from..to).contains(&columns.key(row)) {
                 found.insert(columns.key(row).2, columns.cell(row));
@@ -47,22 +49,23 @@ pub(crate) fn add(
 }
 
 /// The chunks that may have what is between two keys.
-fn bodies(connection: &Connection, from: Key, to: Key) -> rusqlite::Result<Vec<Vec<u8>>> {
+fn bodies(connection: &Connection, from: Key, to: Key) -> rusqlite::Result<Vec<Numbered>> {
     // They do not overlap: one begins before, the others within.
     let mut before = connection.prepare_cached(
-        "SELECT body,last_series,last_level_s,last_cell FROM _rolled WHERE (series,level_s,cell)<=(?1,?2,?3) \
+        "SELECT rolled,body,last_series,last_level_s,last_cell FROM _rolled WHERE (series,level_s,cell)<=(?1,?2,?3) \
          ORDER BY series DESC,level_s DESC,cell DESC LIMIT 1",
     )?;
     let first = before
-        .query_row(from, |row| Ok((row.get(0)?, (row.get(1)?, row.get(2)?, row.get(3)?))))
+        .query_row(from, |row| Ok(((row.get(0)?, row.get(1)?), (row.get(2)?, row.get(3)?, row.get(4)?))))
         .optional()?
-        .filter(|(_, last): &(Vec<u8>, Key)| *last >= from);
-    let mut bodies: Vec<Vec<u8>> = first.into_iter().map(|(body, _)| body).collect();
+        .filter(|(_, last): &(Numbered, Key)| *last >= from);
+    let mut bodies: Vec<Numbered> = first.into_iter().map(|(body, _)| body).collect();
     let mut within = connection.prepare_cached(
-        "SELECT body FROM _rolled WHERE (series,level_s,cell)>(?1,?2,?3) AND (series,level_s,cell)<(?4,?5,?6) \
+        "SELECT rolled,body FROM _rolled WHERE (series,level_s,cell)>(?1,?2,?3) AND (series,level_s,cell)<(?4,?5,?6) \
          ORDER BY series,level_s,cell",
     )?;
-    let rows = within.query_map((from.0, from.1, from.2, to.0, to.1, to.2), |row| row.get(0))?;
+    let rows =
+        within.query_map((from.0, from.1, from.2, to.0, to.1, to.2), |row| Ok((row.get(0)?, row.get(1)?)))?;
     for body in rows {
         bodies.push(body?);
     }
@@ -71,16 +74,32 @@ fn bodies(connection: &Connection, from: Key, to: Key) -> rusqlite::Result<Vec<V
 
 /// Reads all chunks.
 pub(crate) fn check(connection: &Connection) -> rusqlite::Result<()> {
-    let mut statement = connection.prepare("SELECT body FROM _rolled")?;
+    let mut statement = connection.prepare("SELECT rolled,body FROM _rolled")?;
     let mut rows = statement.query(())?;
     while let Some(row) = rows.next()? {
-        open(&row.get::<_, Vec<u8>>(0)?).map_err(damaged)?;
+        let rolled = row.get(0)?;
+        open(&row.get::<_, Vec<u8>>(1)?).map_err(|why| damaged(rolled, why))?;
     }
     Ok(())
 }
 
-fn damaged(why: Damaged) -> rusqlite::Error {
-    rusqlite::Error::ToSqlConversionFailure(Box::new(DamagedChunk(format!("of roll-ups: {why}"))))
+fn damaged(rolled: i64, why: Damaged) -> rusqlite::Error {
+    DamagedChunk { place: Place::Rolled(rolled), text: format!("of roll-ups: {why}") }.into()
+}
+
+/// Removes a damaged chunk, and has what its series hold rolled up again from their samples.
+pub(crate) fn remove(connection: &Connection, rolled: i64) -> rusqlite::Result<()> {
+    connection.execute(
+        "INSERT OR IGNORE INTO _stale WITH RECURSIVE
+         own AS (SELECT DISTINCT id,src,src_ent FROM _field JOIN _rolled ON _field.series>=_rolled.series \
+           AND _field.series<=last_series WHERE rolled=?1),
+         span (id,src,src_ent,window,last) AS (
+           SELECT id,src,src_ent,first_us/?2,last_us/?2 FROM _group JOIN own USING (id,src,src_ent)
+           UNION ALL SELECT id,src,src_ent,window+1,last FROM span WHERE window<last)
+         SELECT id,src,src_ent,window FROM span",
+        (rolled, rollup::WINDOW_US),
+    )?;
+    connection.execute("DELETE FROM _rolled WHERE rolled=?1", [rolled]).map(drop)
 }
 
 /// A chunk's columns.
@@ -91,7 +110,7 @@ struct Open {
 }
 
 fn open(body: &[u8]) -> Result<Open, Damaged> {
-    let body = Body::open(body)?;
+    let body = Body::open(body, "")?;
     let integers = |at: usize| {
         body.column(at).and_then(|column| column.integers().map(<[i64]>::to_vec).ok_or(Damaged::KEYS))
     };
@@ -134,10 +153,10 @@ impl Open {
     }
 }
 
-/// Calls `each` with the cells of all series, some of one level at a time.
+/// Calls `each` with the cells of all series, some of one level at a time, until it returns false.
 pub(crate) fn each(
     connection: &Connection,
-    each: &mut dyn FnMut(i64, i64, BTreeMap<i64, Cell>) -> rusqlite::Result<()>,
+    each: &mut dyn FnMut(i64, i64, BTreeMap<i64, Cell>) -> rusqlite::Result<bool>,
 ) -> rusqlite::Result<()> {
     let mut statement = connection.prepare("SELECT series FROM _field ORDER BY 1")?;
     let all: Vec<i64> = statement.query_map((), |row| row.get(0))?.collect::<rusqlite::Result<_>>()?;
@@ -154,7 +173,9 @@ pub(crate) fn each(
             for first in (at(first_us)..end).step_by(AT_ONCE as usize) {
                 let cells = first..end.min(first + AT_ONCE);
                 let cells = rollup::stored(connection, series, level_s, cells, true)?;
-                each(series, level_s, cells)?;
+                if !each(series, level_s, cells)? {
+                    return Ok(());
+                }
             }
         }
     }
@@ -187,7 +208,7 @@ impl Growing {
     /// Writes what waits.
     pub(crate) fn write(&mut self, target: &Connection) -> rusqlite::Result<()> {
         let (Some(first), Some(last)) = (self.keys.first(), self.keys.last()) else { return Ok(()) };
-        let body = codec::encode(&self.columns)
+        let body = codec::encode(&self.columns, "")
             .map_err(|error| rusqlite::Error::ToSqlConversionFailure(Box::new(error)))?;
         target
             .prepare_cached("INSERT INTO _rolled VALUES (NULL,?1,?2,?3,?4,?5,?6,?7)")?
