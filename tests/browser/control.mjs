@@ -96,10 +96,13 @@ await inBrowser(async (open) => {
   await look(one, "control-confirm");
   await one.keyboard.press("Escape");
   check((await confirm.count()) === 0, "Escape ends it");
+  // The demonstration started it before: what is looked at is the order of this person, the newest one.
+  const starts = one.locator('.commands > li[data-order="plan.start"]').filter({ hasText: "by admin" });
+  const before = await starts.count();
   await button(one, "Start square …").click();
   await button(one, "Start square").click();
-  // The demonstration started it before: what is looked at is the order of this person.
-  const started = one.locator('.commands > li[data-order="plan.start"]').filter({ hasText: "by admin" }).first();
+  await starts.nth(before).waitFor();
+  const started = starts.first();
   await started.getByText(/done executing square/).waitFor();
   const stages = await started.innerText();
   for (const stage of ["accepted", "sent", "done"]) check(stages.includes(stage), `${stage} in ${stages}`);
