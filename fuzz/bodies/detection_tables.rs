@@ -26,5 +26,6 @@ pub(crate) fn table(data: &[u8]) {
 
 fn told(read: &ReadDetections, rows: u64) {
     assert_eq!(read.rows, rows);
-    assert!(read.wrong.iter().all(|one| one.line > 0 && !one.text.to_string().is_empty()));
+    // By rows, what is wrong with the file itself has none.
+    assert!(read.wrong.iter().all(|one| (one.line > 0 || read.has_rows) && !one.text.to_string().is_empty()));
 }

@@ -113,7 +113,7 @@ pub fn is_packed(path: &Path) -> bool {
 /// # Errors
 /// When it cannot be read or the copy not be written, and [`StoreError::Cancelled`].
 pub fn copy_database(from: &Path, to: &Path, progress: &mut dyn FnMut() -> bool) -> Result<()> {
-    let (source, _) = crate::reader::connect(from).named(from)?;
+    let (source, _) = crate::opening::connect(from).named(from)?;
     let snapshot = source.unchecked_transaction().named(from)?;
     {
         let mut copy = Connection::open(to).named(to)?;

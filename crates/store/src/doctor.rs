@@ -5,7 +5,7 @@ use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
 use crate::history::schema::Schema;
-use crate::history::{CATALOGUE, MonthKey, chunk, load_months, load_progress};
+use crate::history::{CATALOGUE, MonthKey, chunk, load_months, load_progress, missing};
 use crate::layout::{GROWING, REPLACED, free_bytes};
 use crate::lock::FolderLock;
 use crate::reader::{Memory, Reader, open};
@@ -256,8 +256,8 @@ fn unreadable(path: &Path, thorough: bool) -> Option<String> {
 /// Chunks of a compressed month that were damaged, and moved out of the way.
 fn set_aside(folder: &Path, name: &str) -> Option<Check> {
     let connection = open(&folder.join(name), Memory::EXPORT).ok()?;
-    let found = chunk::aside(&connection, &Schema::new()).ok().filter(|found| !found.is_empty())?;
-    let lost: Vec<&chunk::Aside> = found.iter().filter(|one| one.missing > 0).collect();
+    let found = missing::aside(&connection, &Schema::new()).ok().filter(|found| !found.is_empty())?;
+    let lost: Vec<&missing::Aside> = found.iter().filter(|one| one.missing > 0).collect();
     let Some(first) = lost.first() else {
         return Some(Check::good(
             "history",

@@ -75,6 +75,7 @@ mod import;
 mod layout;
 mod lock;
 mod months;
+mod opening;
 mod overdue;
 mod packet;
 mod packing;

@@ -8,7 +8,8 @@ use crate::error::{Named as _, Result, StoreError};
 use crate::history::schema::Schema;
 use crate::history::{self, MonthKey, PART, chunk, look, pack};
 use crate::layout::{HISTORY, free_bytes, reserved_bytes};
-use crate::reader::{self, FileId, Memory};
+use crate::opening::FileId;
+use crate::reader::{self, Memory};
 use crate::store::Store;
 use rusqlite::{Connection, OpenFlags};
 use std::fs;
@@ -282,7 +283,7 @@ impl Store {
 /// SQLite finds the log beside a database by its name. So the old file must not be one with a log when the new one takes its name, and
 /// must not be open: a reader of it would read the log of the other. All months have logs, and a reader of such a file holds a
 /// lock until it closes it. The form is changed under a lock that is held until the name is another's; who waits for that meanwhile
-/// looks again what has the name (`reader::connect`). The change is of two bytes, which need no journal.
+/// looks again what has the name (`opening::connect`). The change is of two bytes, which need no journal.
 fn close_for_all(path: &Path) -> rusqlite::Result<Option<Connection>> {
     // A name that has no file gets none.
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;

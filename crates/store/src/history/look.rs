@@ -2,7 +2,7 @@
 
 use super::{CATALOGUE, MonthKey, TRIAL_VERSION, latest_version, months};
 use crate::error::{Named as _, Result, StoreError, is_damage};
-use crate::reader;
+use crate::opening::connect;
 use rusqlite::Connection;
 use std::path::Path;
 
@@ -43,7 +43,7 @@ pub(crate) fn refuse_newer(folder: &Path, found: &[(String, Sound)]) -> Result<(
 
 fn one(path: &Path) -> Sound {
     let read = || -> rusqlite::Result<Sound> {
-        let (connection, _) = reader::connect(path)?;
+        let (connection, _) = connect(path)?;
         match version(&connection)? {
             version if version > latest_version(path) => return Ok(Sound::Newer),
             TRIAL_VERSION => return Ok(Sound::No("an earlier trial version compressed it".to_owned())),

@@ -8,6 +8,7 @@ pub(crate) mod chunk;
 pub(crate) mod columns;
 mod group;
 pub(crate) mod look;
+pub(crate) mod missing;
 mod month;
 mod month_key;
 mod order;

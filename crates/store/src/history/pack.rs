@@ -11,8 +11,9 @@ use super::rollup;
 use super::rows::{Question, Row};
 use super::schema::{KEY_COLUMNS, MONTH, SHORT, Schema};
 use crate::error::{Named as _, Result, StoreError};
+use crate::opening::{FileId, connect};
 use crate::range::TimeRange;
-use crate::reader::{self, FileId, Memory};
+use crate::reader::{self, Memory};
 use rusqlite::types::{ToSqlOutput, ValueRef};
 use rusqlite::{Connection, params_from_iter};
 use std::fs::File;
@@ -46,7 +47,7 @@ impl Source {
 
     /// Opens a month only to know whether something is written to it from here on.
     pub(crate) fn watch(path: &Path) -> Result<Self> {
-        let (connection, file) = reader::connect(path).named(path)?;
+        let (connection, file) = connect(path).named(path)?;
         Memory::EXPORT.set(&connection).named(path)?;
         let version = data_version(&connection).named(path)?;
         Ok(Self { connection, file, version })

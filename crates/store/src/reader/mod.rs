@@ -29,12 +29,11 @@ use crate::history::look;
 use crate::history::schema::Schema;
 use crate::history::{self, CATALOGUE, GroupKey, MonthKey, Names, Table};
 use crate::layout::HISTORY;
+use crate::opening::connect;
 use crate::range::TimeRange;
 use imc::Address;
-use rusqlite::{Connection, ErrorCode, OpenFlags};
+use rusqlite::Connection;
 use std::collections::BTreeMap;
-use std::fs;
-use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 /// The samples of one message of one entity of one system.
@@ -212,70 +211,4 @@ pub(crate) fn open(path: &Path, memory: Memory) -> rusqlite::Result<Connection> 
     let (connection, _) = connect(path)?;
     memory.set(&connection)?;
     Ok(connection)
-}
-
-/// Which file has a name, whatever name it gets later.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct FileId {
-    device: u64,
-    inode: u64,
-}
-
-impl FileId {
-    /// The file that has a name now, if any has.
-    pub(crate) fn of(path: &Path) -> Option<Self> {
-        let file = fs::metadata(path).ok()?;
-        Some(Self { device: file.dev(), inode: file.ino() })
-    }
-}
-
-/// Reading beside a writer takes files beside the database. In a folder that cannot be written they cannot be made, nor
-/// by a writer: there the database is read as it stands.
-///
-/// A month can get another file while it is opened: `months` waits for all that have the old one open, and who waits for that in turn
-/// opens the new one.
-pub(crate) fn connect(path: &Path) -> rusqlite::Result<(Connection, FileId)> {
-    loop {
-        let before = FileId::of(path);
-        let connection = connect_once(path)?;
-        if let Some(file) = FileId::of(path).filter(|file| before == Some(*file)) {
-            return Ok((connection, file));
-        }
-    }
-}
-
-fn connect_once(path: &Path) -> rusqlite::Result<Connection> {
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let probe = |connection: Connection| {
-        connection.query_row("PRAGMA schema_version", (), |_| Ok(()))?;
-        Ok(connection)
-    };
-    let failed = match Connection::open_with_flags(path, flags).and_then(probe) {
-        Err(rusqlite::Error::SqliteFailure(failed, _))
-            if matches!(failed.code, ErrorCode::CannotOpen | ErrorCode::ReadOnly) =>
-        {
-            failed
-        }
-        other => return other,
-    };
-    let told = |text: String| Err(rusqlite::Error::SqliteFailure(failed, Some(text)));
-    if let Err(error) = fs::File::open(path) {
-        return told(format!("{error}; let the user who runs this read it"));
-    }
-    let folder = path.parent().unwrap_or(Path::new("."));
-    if rustix::fs::access(folder, rustix::fs::Access::WRITE_OK).is_ok() {
-        return told(failed.to_string());
-    }
-    let mut beside = path.to_owned().into_os_string();
-    beside.push("-wal");
-    if fs::metadata(&beside).is_ok_and(|file| file.len() > 0) {
-        return told(format!(
-            "{} holds more, and its folder cannot be written: copy the data folder to where it can",
-            Path::new(&beside).display()
-        ));
-    }
-    let Some(text) = path.to_str() else { return told("its path is not UTF-8".to_owned()) };
-    let quoted = text.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
-    let uri = format!("file:{quoted}?immutable=1");
-    Connection::open_with_flags(uri, flags | OpenFlags::SQLITE_OPEN_URI).and_then(probe)
 }

@@ -15,10 +15,6 @@ pub(super) use read::{Chunks, Open};
 pub(super) use rolled::add as add_rolled;
 
 use super::group::GroupKey;
-use super::order::Order;
-use super::rows::Question;
-use super::schema::Schema;
-use crate::range::TimeRange;
 use codec::Damaged;
 use rusqlite::{Connection, OptionalExtension as _, Row};
 use units::UtcTime;
@@ -41,7 +37,7 @@ pub(super) const BEFORE: usize = 6;
 /// The place of the last of them.
 const SENT_AT: usize = BEFORE - 1;
 /// What [`Head::read`] reads.
-const HEAD: &str = "chunk,first_us,first_hash,last_us,last_hash,count,layout";
+pub(super) const HEAD: &str = "chunk,first_us,first_hash,last_us,last_hash,count,layout";
 
 /// Whether a month has chunks, or had some.
 pub(crate) fn is_packed(connection: &Connection) -> rusqlite::Result<bool> {
@@ -71,20 +67,20 @@ pub(crate) fn check(connection: &Connection) -> rusqlite::Result<()> {
 }
 
 /// A time, and the fingerprint that tells messages of one microsecond apart.
-type Key = (i64, i64);
+pub(super) type Key = (i64, i64);
 
 /// What is known of a chunk before it is unpacked.
 #[derive(Debug, Clone, Copy)]
-struct Head {
+pub(super) struct Head {
     chunk: i64,
-    first: Key,
-    last: Key,
-    count: usize,
+    pub(super) first: Key,
+    pub(super) last: Key,
+    pub(super) count: usize,
     layout: i64,
 }
 
 impl Head {
-    fn read(row: &Row<'_>) -> rusqlite::Result<Self> {
+    pub(super) fn read(row: &Row<'_>) -> rusqlite::Result<Self> {
         Ok(Self {
             chunk: row.get(0)?,
             first: (row.get(1)?, row.get(2)?),
@@ -95,7 +91,7 @@ impl Head {
     }
 
     /// Which samples it holds, for people.
-    fn told(&self, group: GroupKey) -> String {
+    pub(super) fn told(&self, group: GroupKey) -> String {
         let message = imc::catalogue::by_id(group.id);
         let message = message.map_or_else(|| format!("message {}", group.id), |desc| desc.abbrev.to_owned());
         let [from, to] = [self.first.0, self.last.0].map(UtcTime::from_micros);
@@ -167,38 +163,6 @@ pub(crate) fn set_aside(connection: &mut Connection, place: Place) -> rusqlite::
         Place::Rolled(rolled) => rolled::remove(&transaction, rolled)?,
     }
     transaction.commit()
-}
-
-/// What was in chunks that were set aside.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Aside {
-    /// Samples that the history has not again by now.
-    pub(crate) missing: u64,
-    /// Which they are, for people.
-    pub(crate) what: String,
-}
-
-/// The chunks of a month that were set aside.
-pub(crate) fn aside(connection: &Connection, schema: &Schema) -> rusqlite::Result<Vec<Aside>> {
-    if super::columns::columns_of(connection, "_damaged")?.is_empty() {
-        return Ok(Vec::new());
-    }
-    let mut statement =
-        connection.prepare(&format!("SELECT {HEAD},id,src,src_ent FROM _damaged ORDER BY chunk"))?;
-    let mut rows = statement.query(())?;
-    let mut found = Vec::new();
-    while let Some(row) = rows.next()? {
-        let group = GroupKey { id: row.get(7)?, src: row.get(8)?, src_ent: row.get(9)? };
-        let head = Head::read(row)?;
-        let part = TimeRange { from_us: head.first.0, to_us: head.last.0.saturating_add(1) };
-        let there = match schema.table(group.id) {
-            Some(table) => Question::new(connection, table, group, &[], Order::Oldest)?
-                .map_or(Ok(0), |mut question| question.count(part))?,
-            None => 0,
-        };
-        found.push(Aside { missing: (head.count as u64).saturating_sub(there), what: head.told(group) });
-    }
-    Ok(found)
 }
 
 /// A column of a message's table, and its type in SQL.
