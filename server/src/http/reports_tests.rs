@@ -39,7 +39,7 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     let operator = shore.token(Some(FIRST), Role::Operator).await;
     let ask = json!({"about": "parameters", "entities": ["Navigation"]});
     let (status, none) = post(&shore, "ask", &viewer, &ask).await;
-    assert_eq!((status, none["error"]["code"].as_str()), (StatusCode::CONFLICT, Some("unknown_entities")));
+    assert_eq!((status, none["error"]["code"].as_str()), (StatusCode::NOT_FOUND, Some("not_found")));
     let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
 

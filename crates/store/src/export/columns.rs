@@ -5,8 +5,7 @@ use super::plan::Message;
 use crate::history::columns::SENT;
 use crate::history::rows::Row;
 use rusqlite::types::ValueRef;
-use tables::{Computed, Field};
-use units::{Civil, UtcTime};
+use tables::{Computed, Field, IsoTime};
 
 /// Columns before the fields: how many fields were sent, receiver, and when it came.
 const BEFORE_FIELDS: [&str; 4] = [SENT, "dst", "dst_ent", "received_us"];
@@ -35,7 +34,7 @@ pub(super) enum Found<'r> {
     /// As it is.
     Stored(ValueRef<'r>),
     /// As it was computed.
-    Text(String),
+    Text(Vec<u8>),
 }
 
 impl<'r> Found<'r> {
@@ -52,12 +51,11 @@ impl<'r> Found<'r> {
             return Ok(Self::Stored(ValueRef::Null));
         };
         if is_text {
-            let Civil { year, month, day, hour, minute, second, .. } =
-                UtcTime::from_micros(i64::from(unix_s) * 1_000_000).civil();
-            let millis = millis.unwrap_or(0);
-            return Ok(Self::Text(format!(
-                "{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{millis:03}Z"
-            )));
+            let mut text = Vec::new();
+            // A message may hold a second of milliseconds and more.
+            let us = i64::from(unix_s) * 1_000_000 + i64::from(millis.unwrap_or(0)) * 1_000;
+            IsoTime::new().write_ms(&mut text, us);
+            return Ok(Self::Text(text));
         }
         let seconds = millis.map(|millis| f64::from(unix_s) + f64::from(millis) / 1_000.0);
         Ok(Self::Stored(seconds.map_or(ValueRef::Null, ValueRef::Real)))
@@ -66,7 +64,7 @@ impl<'r> Found<'r> {
     pub(super) fn value(&self) -> ValueRef<'_> {
         match self {
             Self::Stored(value) => *value,
-            Self::Text(text) => ValueRef::Text(text.as_bytes()),
+            Self::Text(text) => ValueRef::Text(text),
         }
     }
 }

@@ -346,7 +346,7 @@ fn sailing() -> tempfile::TempDir {
         accept(&mut store, &temperature(time_us, 8.0), time_us, Transport::Tcp);
     }
     let tag = |unix_timestamp, millis| TBRFishTag { unix_timestamp, millis, ..TBRFishTag::default() };
-    for (at, tag) in [(20, tag(1_795_248_000, 7)), (21, tag(77, 0))] {
+    for (at, tag) in [(20, tag(1_795_248_000, 7)), (21, tag(77, 0)), (22, tag(1_795_248_000, 26_742))] {
         accept(&mut store, &packet(second(at), 9, &tag), second(at), Transport::Tcp);
     }
     store.close().unwrap();
@@ -386,7 +386,13 @@ fn the_time_of_a_tag_is_the_receivers_own_where_its_clock_is_set() {
     let cells: Vec<&str> = table.lines().map(|line| line.splitn(9, ',').last().unwrap()).collect();
     assert_eq!(
         cells,
-        ["heard,heard_unix_s [s],millis [ms]", "2026-11-21T08:00:00.007Z,1795248000.007,7", ",,0"]
+        [
+            "heard,heard_unix_s [s],millis [ms]",
+            "2026-11-21T08:00:00.007Z,1795248000.007,7",
+            ",,0",
+            // As both columns have it, although no receiver should say so.
+            "2026-11-21T08:00:26.742Z,1795248026.742,26742",
+        ]
     );
     assert!(
         describe_csv(&mut store::Reader::open(folder.path()).unwrap(), &selection, &CsvOptions::default())
@@ -440,7 +446,7 @@ fn what_came_is_listed_by_day_and_vessel() {
     let reader = store::Reader::open(folder.path()).unwrap();
     let days = reader.recorded_days().unwrap();
     let [day] = &days[..] else { panic!("{days:?}") };
-    assert_eq!((day.system, day.extent.count), (OTTER, 22));
+    assert_eq!((day.system, day.extent.count), (OTTER, 23));
     assert_eq!((day.extent.first_us, day.extent.last_us), (START_US + 20_000, second(21)));
     assert!(day.bytes > 0 && day.day.micros() <= START_US && START_US - day.day.micros() < 86_400_000_000);
 }
