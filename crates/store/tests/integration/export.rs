@@ -447,6 +447,6 @@ fn what_came_is_listed_by_day_and_vessel() {
     let days = reader.recorded_days().unwrap();
     let [day] = &days[..] else { panic!("{days:?}") };
     assert_eq!((day.system, day.extent.count), (OTTER, 23));
-    assert_eq!((day.extent.first_us, day.extent.last_us), (START_US + 20_000, second(21)));
+    assert_eq!((day.extent.first_us, day.extent.last_us), (START_US + 20_000, second(22)));
     assert!(day.bytes > 0 && day.day.micros() <= START_US && START_US - day.day.micros() < 86_400_000_000);
 }
