@@ -1,6 +1,7 @@
 // One vessel: map, instruments, plots and tables over one stretch of time and one cursor. What is known stands in stores
 // (`vessel/`): the present, the history, the time that is told of; here they are put together and drawn.
 
+import { Refusal } from "../api/http";
 import type { LiveFrame } from "../api/types.gen";
 import { createMap, type FleetMap } from "../map/map";
 import { createMeasure } from "../map/measure";
@@ -270,7 +271,9 @@ class VesselPage {
       this.lookBack();
       panels.plots.catalogue(history.catalogue, history.silences);
       if (this.beside.addresses.length) panels.plots.beside(await this.beside.learn());
-    } catch {
+    } catch (error) {
+      // A vessel that the server does not know.
+      if (error instanceof Refusal && error.status === 404) setAttribute(this.boxes.nothing, "hidden", null);
       panels.plots.catalogue([], []);
     }
     if (this.query.has("plots")) return;
