@@ -79,7 +79,8 @@ check: setup web
 	$(call say,Tests of one program without a browser)
 	cargo nextest run --workspace --locked --lib --bins -E 'not test(/browser_tests::|hostile_tests::|_in_a_browser/)'
 
-# Four times as many tests at a time as there are processors: see .config/nextest.toml.
+# Twice as many tests at a time as there are processors and one more, as many wait for clocks and the network: see
+# .config/nextest.toml.
 test: setup web chromium tools
 	$(call say,Formatting)
 	cargo fmt --all --check
@@ -90,7 +91,7 @@ test: setup web chromium tools
 	$(call say,Tests)
 	@rm -f target/skipped
 	LUTRA_REQUIRED=$(LUTRA_REQUIRED) LUTRA_SKIPPED=$(CURDIR)/target/skipped \
-	  cargo nextest run --workspace --locked --no-fail-fast --test-threads $$(( $$(nproc) * 4 ))
+	  cargo nextest run --workspace --locked --no-fail-fast --test-threads $$(( $$(nproc) * 2 + 1 ))
 	@[ ! -e target/skipped ] || { echo "Skipped, for this computer lacks what they need:"; sort target/skipped | uniq -c; }
 	$(call say,Examples in the documentation)
 	cargo test --doc --workspace --locked --quiet

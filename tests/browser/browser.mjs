@@ -28,8 +28,8 @@ export const BUSY = process.env.NEXTEST_PROFILE === "ci" ? 4 : 1;
 export const PATIENCE_MS = 60_000 * BUSY;
 /** Letters of a page that failed. */
 const MOST_SAID = 6_000;
-/** Whether what a page showed at each step is recorded too, which takes time: when it is asked for, and at a second try. */
-const FILMED = Boolean(process.env.LUTRA_TRACE) || Number(process.env.NEXTEST_ATTEMPT ?? 1) > 1;
+/** Whether all that is done on a page is recorded with what it showed at each step, which takes a tenth of a flow's time and more. */
+const TRACED = Boolean(process.env.LUTRA_TRACE);
 const PALETTES = ["day", "sun", "dusk", "night"];
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
 /** Those of axe's rules that look at colours, and the one that looks at how large targets are: nine tenths of axe's time. */
@@ -49,7 +49,7 @@ export async function inBrowser(work, { whole = false } = {}) {
     // Who wants no motion: a note that comes while axe looks does not fade in before it.
     const context = await browser.newContext({ viewport: SIZES[0], serviceWorkers: "block", reducedMotion: "reduce", ...options });
     context.setDefaultTimeout(PATIENCE_MS);
-    await context.tracing.start({ title: basename(process.argv[1]), screenshots: FILMED, snapshots: FILMED });
+    if (TRACED) await context.tracing.start({ title: basename(process.argv[1]), screenshots: true, snapshots: true });
     const page = await context.newPage();
     pages.push(page);
     page.on("console", (message) => {
@@ -78,14 +78,15 @@ export async function inBrowser(work, { whole = false } = {}) {
   }
 }
 
-/** What a page showed when its test failed: all that was done on it, as `node web/node_modules/playwright-core/cli.js show-trace`
- * shows it, a picture, and all that it says, as a screen reader has it. */
+/** What a page showed when its test failed: a picture, all that it says, as a screen reader has it, and with LUTRA_TRACE set all
+ * that was done on it, as `node web/node_modules/playwright-core/cli.js show-trace` shows it. */
 async function lastSeen(page, number) {
   if (page.isClosed()) return;
   const name = `target/failures/${basename(process.argv[1], ".mjs")}-${number}`;
   await mkdir(join(root, "target/failures"), { recursive: true });
-  await page.context().tracing.stop({ path: join(root, `${name}.zip`) }).catch(() => undefined);
-  console.error(`-- page ${number}: ${page.url()}; a picture is in ${name}.png, what was done in ${name}.zip; it said:`);
+  if (TRACED) await page.context().tracing.stop({ path: join(root, `${name}.zip`) }).catch(() => undefined);
+  const film = TRACED ? `, what was done in ${name}.zip` : "";
+  console.error(`-- page ${number}: ${page.url()}; a picture is in ${name}.png${film}; it said:`);
   console.error((await page.locator("body").ariaSnapshot({ timeout: 5_000 })).slice(0, MOST_SAID));
   await page.screenshot({ path: join(root, `${name}.png`), timeout: 10_000 });
 }

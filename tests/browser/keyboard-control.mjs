@@ -89,17 +89,18 @@ await inBrowser(async (open) => {
   const speed = () => one.locator('[data-tile="speed_mps"] .note-line').innerText();
   await one.waitForFunction(() => Number.parseFloat(document.querySelector('[data-tile="speed_mps"] .note-line').textContent) < 0.3);
   /** Steers until the page shows it; gives since when the dead-man and the arrow were held. Where the computer was too busy for a
-   * moment the motors stop, as they must: then hands let go, and hold anew. */
+   * moment the motors stop, as they must, even before the script has seen that they may turn: then hands let go and hold again. */
   const steer = async (keys, shows, argument) => {
-    for (let tries = 0; tries < 5; tries++) {
+    for (let tries = 0; tries < 20; tries++) {
       const heldMs = Date.now();
       await one.keyboard.down("Space");
-      await one.locator('.helm[data-phase="steering"]').waitFor();
-      const aheadMs = Date.now();
-      for (const key of keys) await one.keyboard.down(key);
-      const stands = () => document.querySelector(".helm").dataset.phase !== "steering";
-      await Promise.race([one.waitForFunction(shows, argument), one.waitForFunction(stands)]);
-      if (await one.evaluate(shows, argument)) return { heldMs, aheadMs };
+      if (await one.locator('.helm[data-phase="steering"]').waitFor({ timeout: 5_000 }).then(() => true, () => false)) {
+        const aheadMs = Date.now();
+        for (const key of keys) await one.keyboard.down(key);
+        const stands = () => document.querySelector(".helm").dataset.phase !== "steering";
+        await Promise.race([one.waitForFunction(shows, argument), one.waitForFunction(stands)]);
+        if (await one.evaluate(shows, argument)) return { heldMs, aheadMs };
+      }
       for (const key of [...keys, "Space"]) await one.keyboard.up(key);
       await one.locator('.helm[data-phase="ready"]').waitFor();
     }
