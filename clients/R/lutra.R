@@ -16,9 +16,11 @@ lutra <- function(url, token = Sys.getenv("LUTRA_TOKEN")) {
   structure(list(base = .lutra_base(url), headers = c(Authorization = paste("Bearer", token)), is_link = FALSE), class = "lutra")
 }
 
-lutra_link <- function(url, password = Sys.getenv("LUTRA_LINK_PASSWORD")) {
-  if (!grepl("/s/[0-9a-fA-F]+/?$", url)) stop("a link looks like https://.../s/ and 64 digits")
-  headers <- if (nzchar(password)) c("Lutra-Link-Password" = password) else character()
+lutra_link <- function(url, password = Sys.getenv("LUTRA_LINK_PASSWORD"), token = Sys.getenv("LUTRA_TOKEN")) {
+  for_account <- grepl("/s/account-[0-9]+/?$", url)
+  if (!for_account && !grepl("/s/[0-9a-fA-F]+/?$", url)) stop("a link looks like https://.../s/ and 64 digits, or https://.../s/account- and a number")
+  if (for_account && !nzchar(token)) stop("this link is for an account: give a token of it, or put it into LUTRA_TOKEN")
+  headers <- if (for_account) c(Authorization = paste("Bearer", token)) else if (nzchar(password)) c("Lutra-Link-Password" = password) else character()
   structure(list(base = .lutra_base(url), headers = headers, is_link = TRUE), class = "lutra")
 }
 

@@ -1,5 +1,5 @@
 // Datasets and links: node datasets.mjs URL ONE-TIME-PASSWORD. Prints nothing. A biologist makes a dataset of what the explorer shows,
-// publishes it, and gives it to a colleague without an account; then takes the link back.
+// publishes it, and gives it to a colleague without an account; then takes the link back, and gives it to an account without a role.
 
 import { createHash } from "node:crypto";
 import { readFile } from "node:fs/promises";
@@ -125,6 +125,40 @@ await inBrowser(async (open) => {
   await other.getByText("Those who made this link have taken it back. Ask them for a new one.").waitFor();
   await look(other, "link-revoked");
   same((await other.request.get(`${address}/detections.csv`)).status(), 410, "its file");
+
+  // A colleague whose account has no role: it opens to them alone, and they see nothing else.
+  const dataset = page.url();
+  await page.goto(`${url}/admin`);
+  const people = page.getByRole("region", { name: "Add a person" });
+  await people.getByLabel("Name").fill("ola");
+  await people.getByLabel("Role").selectOption("none");
+  await people.getByRole("button", { name: "Add", exact: true }).click();
+  const first = await page.locator(".secret").innerText();
+  await page.goto(dataset);
+  await page.getByRole("button", { name: "Make a link" }).click();
+  await link.getByLabel("For whom").fill("Ola at IMR");
+  await link.getByLabel(/^Only for this account/).fill("olla");
+  await link.getByRole("button", { name: "Make the link" }).click();
+  await link.getByText("there is no account olla; ask an admin to make one").waitFor();
+  await link.getByLabel(/^Only for this account/).fill("ola");
+  await link.getByRole("button", { name: "Make the link" }).click();
+  await page.getByText("It opens after logging in as ola, who also finds it under Shared with you.").waitFor();
+  const theirOwn = await page.locator(".secret").innerText();
+  await page.getByText(/for the account ola alone/).waitFor();
+  const guest = await open();
+  await logIn(guest, url, "ola", first, "ten grey otters");
+  await guest.getByRole("link", { name: "Shared with you" }).click();
+  await guest.getByText("shared by admin").waitFor();
+  await look(guest, "shared");
+  await fits(guest, "what is shared");
+  same(await guest.getByRole("navigation", { name: "Pages" }).getByRole("link").allTextContents(), ["Shared with you", "Help"], "what a guest may see");
+  await guest.getByRole("link", { name: "Salmon in the fjord" }).click();
+  await guest.getByRole("heading", { name: "Salmon in the fjord" }).waitFor();
+  same(guest.url(), theirOwn, "the same address as the researcher sent");
+  same(sha256(await fetched(guest, () => guest.getByRole("link", { name: /^Download CSV/ }).click())), hash, "the bytes that the guest gets");
+  await other.goto(theirOwn);
+  await other.getByRole("button", { name: "Log in" }).waitFor();
+  check(!(await other.content()).includes("Salmon"), "before the login nothing is told");
 
   // The list names it.
   await page.goto(`${url}/datasets`);

@@ -1,4 +1,5 @@
-# Checks lutra.R against a running server: `Rscript against_server.R LUTRA_R URL LINK PASSWORD DATASET ROWS`, with LUTRA_TOKEN set.
+# Checks lutra.R against a running server: `Rscript against_server.R LUTRA_R URL LINK PASSWORD DATASET ROWS`, with LUTRA_TOKEN
+# and LUTRA_ACCOUNT_LINK set.
 # Run by `server/tests/integration/clients.rs`.
 
 given <- commandArgs(trailingOnly = TRUE)
@@ -27,6 +28,9 @@ lutra_dataset(server, version, dataset, 1)
 lutra_download(lutra_link(link, password), shared)
 bytes <- function(path) readBin(path, "raw", file.size(path))
 stopifnot(identical(bytes(whole), bytes(version)), identical(bytes(whole), bytes(shared)))
+mine <- tempfile()
+lutra_download(lutra_link(Sys.getenv("LUTRA_ACCOUNT_LINK")), mine)
+stopifnot(identical(bytes(whole), bytes(mine)))
 parquet <- tempfile()
 lutra_download(server, parquet, format = "parquet")
 stopifnot(identical(rawToChar(bytes(parquet)[1:4]), "PAR1"))

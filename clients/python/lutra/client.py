@@ -162,15 +162,23 @@ class Lutra:
 
 
 class Link:
-    """A shared link to a dataset: its address, and its password where it has one."""
+    """A shared link to a dataset: its address, and its password where it has one. A link for your account needs a token of
+    yours, as an argument or in the environment, `LUTRA_TOKEN`."""
 
-    def __init__(self, url: str, password: Optional[str] = None, timeout_s: float = 60.0) -> None:
+    def __init__(
+        self, url: str, password: Optional[str] = None, timeout_s: float = 60.0, token: Optional[str] = None
+    ) -> None:
         split = urllib.parse.urlsplit(url.strip())
         parts = split.path.strip("/").split("/")
         if len(parts) < 2 or parts[-2] != "s":
-            raise LutraError("a link looks like https://…/s/ and 64 digits")
+            raise LutraError("a link looks like https://…/s/ and 64 digits, or https://…/s/account- and a number")
         password = password or os.environ.get("LUTRA_LINK_PASSWORD")
         secret = ("Lutra-Link-Password", password) if password else None
+        if parts[-1].startswith("account-"):
+            token = token or os.environ.get("LUTRA_TOKEN")
+            if not token:
+                raise LutraError("this link is for an account: give a token of it, or put it into LUTRA_TOKEN")
+            secret = ("Authorization", f"Bearer {token}")
         self.connection = Connection(f"{split.scheme}://{split.netloc}/{'/'.join(parts)}", secret, timeout_s)
 
     def about(self) -> Dict[str, Any]:

@@ -1,4 +1,5 @@
-"""Checks the package against a running server: `python3 against_server.py URL LINK PASSWORD DATASET ROWS`, with LUTRA_TOKEN set.
+"""Checks the package against a running server: `python3 against_server.py URL LINK PASSWORD DATASET ROWS`, with LUTRA_TOKEN and
+LUTRA_ACCOUNT_LINK set.
 
 Run by `server/tests/integration/clients.rs`, which starts the server with so many detections, a published dataset and a link with a password. A
 relay in between cuts answers.
@@ -7,6 +8,7 @@ relay in between cuts answers.
 from __future__ import annotations
 
 import hashlib
+import os
 import socket
 import sys
 import tempfile
@@ -161,6 +163,7 @@ def main() -> None:
         refusals(url, link)
         resuming(relay, url, Path(folder))
         published(url, int(dataset), link, password, int(rows), Path(folder))
+        assert sum(1 for _ in Link(os.environ["LUTRA_ACCOUNT_LINK"]).rows()) == int(rows)
     print("all as it should be")
 
 

@@ -273,6 +273,8 @@ pub struct DatasetShareRequest {
     pub days: u32,
     /// A password that is also required; none when empty.
     pub password: String,
+    /// The name of the account that alone opens it; whoever has the address when null.
+    pub person: Option<String>,
     /// Only what was reported from this time on.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub from_us: Option<i64>,
@@ -300,6 +302,9 @@ pub struct DatasetShare {
     pub label: String,
     /// Whether it asks for a password.
     pub has_password: bool,
+    /// The account that alone opens it; null where whoever has the address does.
+    #[serde(default)]
+    pub person: Option<String>,
     /// When it ends.
     #[cfg_attr(test, ts(type = "number"))]
     pub expires_us: i64,
@@ -341,8 +346,32 @@ pub struct DatasetShare {
 pub struct DatasetShareMade {
     /// The link.
     pub share: DatasetShare,
-    /// Its path on this server: `/s/…`. It gives access to the data without a login.
+    /// Its path on this server: `/s/…`. It gives access to the data without a login, unless it is for one account.
     pub path: String,
+}
+
+/// What was shared with the account that asks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SharedDataset {
+    /// The path of its page on this server; its files lie below.
+    pub path: String,
+    /// The title of the dataset.
+    pub title: String,
+    /// The version that is shared.
+    pub version: u32,
+    /// How to cite it.
+    pub citation: String,
+    /// Detections that it gives.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub rows: u64,
+    /// The day on which the embargo ends; empty where there is none.
+    pub embargo_until: String,
+    /// Who shared it, and when.
+    pub made: LogWord,
+    /// When the share ends.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub expires_us: i64,
 }
 
 /// What a visitor did by a link.

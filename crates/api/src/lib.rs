@@ -54,7 +54,7 @@ pub use datasets::{
     Dataset, DatasetAuthor, DatasetChange, DatasetCheck, DatasetContent, DatasetCovered, DatasetDraft,
     DatasetFileQuery, DatasetQuery, DatasetShare, DatasetShareMade, DatasetShareRequest, DatasetState,
     DatasetStep, DatasetVersion, DatasetVessel, DatasetWithdrawal, DatasetWithdrawn, ShareVisit,
-    ShareVisitKind,
+    ShareVisitKind, SharedDataset,
 };
 pub use events::{
     Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,

@@ -23,10 +23,11 @@ use crate::{
     SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteCurrentGrid,
     SeaRouteGaveUp, SeaRouteLeg, SeaRouteMoved, SeaRouteNarrow, SeaRouteObjective, SeaRoutePassable,
     SeaRouteProgress, SeaRouteRefusal, SeaRouteRequest, SeaRouteTraffic, SeaRouteZone, SeaRouteZoneKind,
-    Series, SeriesField, Session, ShareVisit, ShareVisitKind, ShelveRequest, SpeedUnit, StoredPlan,
-    Subscription, SummaryBar, SummaryFlag, SummarySquare, SummaryTag, SummaryVessel, System, TeleopMessage,
-    TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update,
-    ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent, Wording,
+    Series, SeriesField, Session, ShareVisit, ShareVisitKind, SharedDataset, ShelveRequest, SpeedUnit,
+    StoredPlan, Subscription, SummaryBar, SummaryFlag, SummarySquare, SummaryTag, SummaryVessel, System,
+    TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint,
+    TransportPeer, Update, ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent,
+    Wording,
 };
 use ts_rs::TS;
 
@@ -67,6 +68,7 @@ fn text() -> String {
         DatasetQuery::decl(),
         DatasetShare::decl(),
         DatasetShareMade::decl(),
+        SharedDataset::decl(),
         DatasetShareRequest::decl(),
         DatasetState::decl(),
         DatasetStep::decl(),

@@ -11,7 +11,7 @@ use link::LinkSeq;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
-use std::io::Write as _;
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -284,9 +284,11 @@ fn path(archive: &Path) -> PathBuf {
 fn append(archive: &Path, gap: &Gap) -> Result<()> {
     let path = path(archive);
     let append = || -> std::io::Result<()> {
-        let mut file = OpenOptions::new().append(true).create(true).open(&path)?;
+        let mut file = OpenOptions::new().read(true).append(true).create(true).open(&path)?;
         let before = file.metadata()?.len();
-        let written = file.write_all(gap.line().as_bytes()).and_then(|()| file.sync_data());
+        // Behind half a line, which a crash left, this one would be read as a part of it.
+        let text = if ends_in_a_line(&mut file, before)? { gap.line() } else { format!("\n{}", gap.line()) };
+        let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_data());
         if written.is_err() {
             file.set_len(before).ok();
         }
@@ -294,6 +296,17 @@ fn append(archive: &Path, gap: &Gap) -> Result<()> {
     };
     append().named(&path)?;
     File::open(archive).and_then(|folder| folder.sync_all()).named(archive)
+}
+
+/// Whether the last line of a file of this length is whole, as it is in an empty one.
+fn ends_in_a_line(file: &mut File, length: u64) -> std::io::Result<bool> {
+    if length == 0 {
+        return Ok(true);
+    }
+    let mut last = [0];
+    file.seek(SeekFrom::End(-1))?;
+    file.read_exact(&mut last)?;
+    Ok(last == *b"\n")
 }
 
 /// All gaps, in order of declaration. A later declaration of the same stretch of the same system replaces the

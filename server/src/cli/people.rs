@@ -21,9 +21,9 @@ pub(super) enum UserCommand {
     Add {
         /// Name to log in with.
         name: String,
-        /// viewer, researcher, operator or admin.
+        /// viewer, researcher, operator, admin, or none for one who sees only what is shared with them.
         #[arg(long, default_value = "viewer")]
-        role: Role,
+        role: String,
         /// Only on this vessel (name or IMC address).
         #[arg(long)]
         vessel: Option<String>,
@@ -136,6 +136,7 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
     let (data, least) = (&config.data, config.people.password_length);
     match command {
         UserCommand::Add { name, role, vessel, password_stdin } => {
+            let role = role_or_none(&role)?;
             let (new, told) = new_password(&name, password_stdin, least)?;
             let (person, password_hash, now) = (name.clone(), password::hash(&new), clock::now());
             with(data, async |db| {
@@ -154,10 +155,7 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
         }
         UserCommand::List => list_people(with(data, async |db| persons::List.run(db).await)?),
         UserCommand::Role { name, role, vessel } => {
-            let role: Option<Role> = match role.as_str() {
-                "none" => None,
-                role => Some(role.parse().map_err(anyhow::Error::msg)?),
-            };
+            let role = role_or_none(&role)?;
             let subject = format!("{name}: {}", role.map_or("nothing", Role::name));
             with(data, async |db| {
                 let vessel = find(db, vessel.as_deref()).await?;
@@ -172,6 +170,10 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
     Ok(())
 }
 
+fn role_or_none(text: &str) -> anyhow::Result<Option<Role>> {
+    if text == "none" { Ok(None) } else { text.parse().map(Some).map_err(anyhow::Error::msg) }
+}
+
 /// `lutra-server token`.
 pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()> {
     let data = existing(common)?.data;
@@ -184,7 +186,7 @@ pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()
                     let make = tokens::MakeLink { label, vessel, days, now };
                     return act(db, "token.make", &subject, make).await;
                 }
-                let person = persons::Number(person.unwrap_or_default()).run(db).await?;
+                let person = persons::Named(person.unwrap_or_default()).run(db).await?.0;
                 let vessel = find(db, vessel.as_deref()).await?;
                 let new = NewToken { label, role, vessel, days: days.unwrap_or(90) };
                 act(db, "token.make", &subject, tokens::Make { person, new, now }).await

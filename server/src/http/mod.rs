@@ -1,5 +1,7 @@
 //! The interface for programs: the API, the live stream, health and metrics. [`routes`] lists it.
 
+#[cfg(test)]
+mod account_shares_tests;
 pub(crate) mod alarms;
 #[cfg(test)]
 mod alarms_tests;

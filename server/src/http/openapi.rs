@@ -114,6 +114,7 @@ fn needs(need: Need) -> String {
     match need {
         Need::Anyone => "For anyone.".to_owned(),
         Need::Session => "For browsers that are logged in.".to_owned(),
+        Need::Account => "For everyone who is logged in, also without a role.".to_owned(),
         Need::Somewhere(role) => {
             format!("Needs the role {role} on some vessel; shows what the remote may see.")
         }

@@ -23,6 +23,7 @@ use utoipa::openapi::OpenApi;
 pub(crate) fn table() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let admin = Need::Everywhere(Role::Admin);
+    let own = Need::Account;
     let mut table = vec![
         Route::get(
             "/healthz",
@@ -47,22 +48,22 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/manifest.webmanifest", Need::Anyone, "To install the pages.", assets::web_manifest),
         Route::get("/favicon.ico", Need::Anyone, "The picture in the tab.", assets::favicon),
         Route::get("/api/v1/openapi.json", viewer, "This document.", document).packed(),
-        Route::get("/api/v1/me", viewer, "Who asks.", http::people::me).gives::<Me>(),
+        Route::get("/api/v1/me", own, "Who asks.", http::people::me).gives::<Me>(),
         Route::get("/api/v1/people", admin, "Accounts.", http::people::list).gives::<Vec<Person>>(),
-        Route::get("/api/v1/tokens", viewer, "One's own tokens; for an admin all.", http::people::token_list)
+        Route::get("/api/v1/tokens", own, "One's own tokens; for an admin all.", http::people::token_list)
             .gives::<Vec<Token>>(),
-        Route::post("/api/v1/tokens", viewer, "Make a token. Only for browsers.", http::people::token_make)
+        Route::post("/api/v1/tokens", own, "Make a token. Only for browsers.", http::people::token_make)
             .takes::<NewToken>()
             .gives::<TokenMade>(),
-        Route::delete("/api/v1/tokens/{id}", viewer, "Revoke a token.", http::people::token_revoke),
+        Route::delete("/api/v1/tokens/{id}", own, "Revoke a token.", http::people::token_revoke),
         Route::get(
             "/api/v1/sessions",
-            viewer,
+            own,
             "One's own sessions; for an admin all.",
             http::people::session_list,
         )
         .gives::<Vec<Session>>(),
-        Route::delete("/api/v1/sessions/{id}", viewer, "End a session.", http::people::session_end),
+        Route::delete("/api/v1/sessions/{id}", own, "End a session.", http::people::session_end),
         Route::get("/api/v1/audit", admin, "Audit log, the newest first.", http::people::audit_list)
             .query::<http::people::AuditQuery>()
             .gives::<Vec<AuditEntry>>(),

@@ -1,9 +1,9 @@
-//! Files for clients that have the address of a link, without a login. Sessions are ignored.
+//! Files for clients that have the address of a link. Logging in matters only for a link that is for one account.
 
 use super::datasets::download;
 use crate::AppState;
-use crate::web::{ApiError, InPath, QueryParams, Remote, cookie_name, plain_cookie};
-use api::{DatasetFileQuery, ShareVisitKind, say};
+use crate::web::{ApiError, InPath, MaybeWho, QueryParams, Remote, Who, cookie_name, plain_cookie};
+use api::{DatasetFileQuery, ShareVisitKind, SharedDataset, say};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -11,6 +11,7 @@ use axum::response::{IntoResponse as _, Response};
 use research::Described;
 use serde_json::Value;
 use shore::datasets::{OpenShare, ShareClosed};
+use shore::identity::Principal;
 
 /// The header by which scripts give the password of a link.
 const PASSWORD: &str = "lutra-link-password";
@@ -20,6 +21,7 @@ impl From<ShareClosed> for ApiError {
         let text = closed.said();
         match closed {
             ShareClosed::Unknown => Self::not_found(text),
+            ShareClosed::LogIn => Self { text: text.into(), ..Self::not_logged_in() },
             ShareClosed::Revoked => Self::new(StatusCode::GONE, "revoked", text),
             ShareClosed::Expired => Self::new(StatusCode::GONE, "expired", text),
             ShareClosed::Withdrawn(_) | ShareClosed::WithdrawnUntold => {
@@ -33,15 +35,24 @@ impl From<ShareClosed> for ApiError {
     }
 }
 
-/// Checks that a link's data may be sent: the link is valid, its password is given, and there is no embargo.
+/// `GET /api/v1/shared`.
+pub(crate) async fn mine(
+    State(state): State<AppState>,
+    Who(who): Who,
+) -> Result<Json<Vec<SharedDataset>>, ApiError> {
+    Ok(Json(state.shore.datasets.shared_with(&who).await?))
+}
+
+/// Checks that a link's data may be sent: the link is valid, the client may open it, and there is no embargo.
 async fn given(
     state: &AppState,
     token: &str,
     remote: Remote,
+    who: Option<&Principal>,
     headers: &HeaderMap,
 ) -> Result<OpenShare, ApiError> {
     let datasets = &state.shore.datasets;
-    let open = datasets.open(token, remote.address).await??;
+    let open = datasets.open(token, remote.address, who).await??;
     if !datasets.is_unlocked(&open, plain_cookie(headers, &cookie_name(&open.cookie_name(), remote))) {
         let password =
             headers.get(PASSWORD).map(|given| String::from_utf8_lossy(given.as_bytes()).into_owned());
@@ -65,11 +76,12 @@ async fn given(
 pub(crate) async fn detections(
     State(state): State<AppState>,
     remote: Remote,
+    MaybeWho(who): MaybeWho,
     headers: HeaderMap,
     InPath(token): InPath<String>,
     QueryParams(query): QueryParams<DatasetFileQuery>,
 ) -> Result<Response, ApiError> {
-    let open = given(&state, &token, remote, &headers).await?;
+    let open = given(&state, &token, remote, who.as_ref(), &headers).await?;
     let datasets = &state.shore.datasets;
     let frozen = datasets.shared_file(&open, query.format.as_deref()).await?;
     let place = datasets.place(&open)?;
@@ -82,11 +94,11 @@ pub(crate) async fn detections(
 async fn described(
     state: &AppState,
     token: &str,
-    remote: Remote,
+    (remote, who): (Remote, Option<Principal>),
     headers: &HeaderMap,
     (file, describe): (&str, fn(&Described<'_>) -> Value),
 ) -> Result<Value, ApiError> {
-    let open = given(state, token, remote, headers).await?;
+    let open = given(state, token, remote, who.as_ref(), headers).await?;
     state.shore.datasets.note(&open, ShareVisitKind::Download, remote.address, file).await?;
     let OpenShare { share, version, .. } = &open;
     Ok(describe(&Described { version, content: &share.content, share: Some(share), addresses: None }))
@@ -96,32 +108,35 @@ async fn described(
 pub(crate) async fn datacite(
     State(state): State<AppState>,
     remote: Remote,
+    MaybeWho(who): MaybeWho,
     headers: HeaderMap,
     InPath(token): InPath<String>,
 ) -> Result<Json<Value>, ApiError> {
     let how = ("datacite.json", research::datacite as fn(&Described<'_>) -> Value);
-    Ok(Json(described(&state, &token, remote, &headers, how).await?))
+    Ok(Json(described(&state, &token, (remote, who), &headers, how).await?))
 }
 
 /// `GET /s/{token}/datapackage.json`.
 pub(crate) async fn datapackage(
     State(state): State<AppState>,
     remote: Remote,
+    MaybeWho(who): MaybeWho,
     headers: HeaderMap,
     InPath(token): InPath<String>,
 ) -> Result<Json<Value>, ApiError> {
     let how = ("datapackage.json", research::datapackage as fn(&Described<'_>) -> Value);
-    Ok(Json(described(&state, &token, remote, &headers, how).await?))
+    Ok(Json(described(&state, &token, (remote, who), &headers, how).await?))
 }
 
 /// `GET /s/{token}/schema.jsonld`.
 pub(crate) async fn json_ld(
     State(state): State<AppState>,
     remote: Remote,
+    MaybeWho(who): MaybeWho,
     headers: HeaderMap,
     InPath(token): InPath<String>,
 ) -> Result<Response, ApiError> {
     let how = ("schema.jsonld", research::json_ld as fn(&Described<'_>) -> Value);
-    let value = described(&state, &token, remote, &headers, how).await?;
+    let value = described(&state, &token, (remote, who), &headers, how).await?;
     Ok(([(header::CONTENT_TYPE, "application/ld+json")], value.to_string()).into_response())
 }

@@ -18,15 +18,15 @@ const PASSWORD: &str = "nine grey otters";
 const MARKS: [&str; 4] = ["S256-101", "63.432", "10.398", "63.446"];
 
 /// A shore with a published dataset, and its researcher.
-struct Scene {
-    shore: Shore,
-    token: String,
-    dataset: Dataset,
+pub(super) struct Scene {
+    pub(super) shore: Shore,
+    pub(super) token: String,
+    pub(super) dataset: Dataset,
     hand: ClockHand,
 }
 
 impl Scene {
-    async fn of(change: &[(&str, Value)]) -> Self {
+    pub(super) async fn of(change: &[(&str, Value)]) -> Self {
         let (clock, hand) = Clock::with_hand();
         let shore = Shore::by(clock, three).await;
         let token = shore.token(None, Role::Researcher).await;
@@ -35,12 +35,12 @@ impl Scene {
         Self { shore, token, dataset, hand }
     }
 
-    fn shares(&self) -> String {
+    pub(super) fn shares(&self) -> String {
         format!("/datasets/{}/shares", self.dataset.id)
     }
 
     /// Makes a link, with further options.
-    async fn link(&self, more: Value) -> DatasetShareMade {
+    pub(super) async fn link(&self, more: Value) -> DatasetShareMade {
         let mut asked = json!({"label": "Ola", "days": 30});
         for (field, value) in more.as_object().unwrap() {
             asked[field] = value.clone();
@@ -49,11 +49,11 @@ impl Scene {
     }
 
     /// The answer to a client that has nothing but the path.
-    async fn stranger(&self, path: &str) -> Answer {
+    pub(super) async fn stranger(&self, path: &str) -> Answer {
         self.shore.get(path, "").await
     }
 
-    async fn revoke(&self, share: &DatasetShare) {
+    pub(super) async fn revoke(&self, share: &DatasetShare) {
         let path = format!("{}/{}", self.shares(), share.id);
         assert_eq!(say(&self.shore, "DELETE", &path, &self.token, json!({})).await.status, StatusCode::OK);
     }
@@ -75,7 +75,7 @@ impl Scene {
 }
 
 /// The paths that a link gives access to, from the table of routes; each format of a file separately.
-fn reached(path: &str) -> Vec<String> {
+pub(super) fn reached(path: &str) -> Vec<String> {
     let of_link = |route: &Route| route.path.starts_with("/s/") && route.method == Method::GET;
     let mut paths: Vec<String> = table()
         .iter()
@@ -90,7 +90,7 @@ fn reached(path: &str) -> Vec<String> {
 }
 
 /// Checks that the answer has nothing of the data.
-fn tells_nothing(answer: &Answer, path: &str, sha256: &str) {
+pub(super) fn tells_nothing(answer: &Answer, path: &str, sha256: &str) {
     for mark in MARKS.into_iter().chain([sha256]) {
         assert!(!answer.body.contains(mark), "{path} tells {mark}: {}", answer.body);
     }
@@ -439,8 +439,11 @@ async fn links_are_opened_no_more_often_than_their_budget_and_download_in_places
         StatusCode::OK,
         "exports of people take no place of links"
     );
-    let open =
-        scene.shore.state.shore.datasets.open(link.path.trim_start_matches("/s/"), [198, 51, 100, 7].into());
+    let open = scene.shore.state.shore.datasets.open(
+        link.path.trim_start_matches("/s/"),
+        [198, 51, 100, 7].into(),
+        None,
+    );
     let held = scene.shore.state.shore.datasets.place(&open.await.unwrap().unwrap()).unwrap();
     let busy = scene.stranger(&file).await;
     assert!(busy.status == StatusCode::SERVICE_UNAVAILABLE && busy.headers.contains_key(header::RETRY_AFTER));
@@ -466,7 +469,7 @@ async fn a_check_is_computed_once_for_all_who_ask_and_its_answer_waits_for_no_pl
     for tag in ["S256-101", "S256-102", "S256-102"] {
         let link = scene.link(json!({"tags": [tag]})).await;
         let secret = link.path.trim_start_matches("/s/").to_owned();
-        opened.push(datasets.open(&secret, [198, 51, 100, 7].into()).await.unwrap().unwrap());
+        opened.push(datasets.open(&secret, [198, 51, 100, 7].into(), None).await.unwrap().unwrap());
     }
     let (one, other) = tokio::join!(datasets.shared_check(&opened[0]), datasets.shared_check(&opened[0]));
     let (one, other) = (one.unwrap(), other.unwrap());

@@ -47,7 +47,7 @@ impl Answer {
             || (self.status == StatusCode::SEE_OTHER && (to.starts_with("/login?") || to == "/account"))
     }
 
-    fn cookies(&self) -> String {
+    pub(super) fn cookies(&self) -> String {
         let set = self.headers.get_all(header::SET_COOKIE).iter().map(|value| value.to_str().unwrap());
         set.map(|cookie| cookie.split(';').next().unwrap()).collect::<Vec<_>>().join("; ")
     }
@@ -140,7 +140,7 @@ impl Shore {
         self.people.ask(Entries { count: 100, ..Default::default() }).await.unwrap()
     }
 
-    async fn form(&self, path: &str, cookies: &str, fields: &[(&str, &str)]) -> Answer {
+    pub(super) async fn form(&self, path: &str, cookies: &str, fields: &[(&str, &str)]) -> Answer {
         let body = form_urlencoded::Serializer::new(String::new()).extend_pairs(fields).finish();
         let request = Request::post(path)
             .header(header::COOKIE, cookies)
@@ -150,11 +150,11 @@ impl Shore {
         self.ask(request, &body).await
     }
 
-    async fn page(&self, path: &str, cookies: &str) -> Answer {
+    pub(super) async fn page(&self, path: &str, cookies: &str) -> Answer {
         self.ask(Request::get(path).header(header::COOKIE, cookies), "").await
     }
 
-    async fn login(&self, name: &str, password: &str) -> Answer {
+    pub(super) async fn login(&self, name: &str, password: &str) -> Answer {
         let page = self.page("/login", "").await;
         self.form(
             "/login",
@@ -219,6 +219,7 @@ async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
             let (all, some, other) = match route.need {
                 Need::Anyone => (true, true, true),
                 Need::Session | Need::Link => (false, false, false),
+                Need::Account => (true, true, true),
                 Need::Somewhere(least) => (*role >= least, *role >= least, *role >= least),
                 Need::OnVessel(least) => (*role >= least, *role >= least, false),
                 Need::Everywhere(least) => (*role >= least, false, false),

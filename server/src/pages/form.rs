@@ -41,6 +41,11 @@ pub(super) fn role(text: &str) -> Result<Role, ApiError> {
     text.parse().map_err(|error: String| ApiError::bad_request(Said::as_is(error)))
 }
 
+/// Reads a role, or `none`.
+pub(super) fn role_or_none(text: &str) -> Result<Option<Role>, ApiError> {
+    if text == "none" { Ok(None) } else { role(text).map(Some) }
+}
+
 /// Reads a vessel's address; nothing means all vessels.
 pub(super) fn vessel(text: &str) -> Result<Option<u16>, ApiError> {
     let text = text.trim();

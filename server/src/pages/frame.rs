@@ -1,7 +1,7 @@
 //! What all pages share: head, navigation, palette, and how a refusal looks.
 
 use super::words::{self, Text, word};
-use crate::web::{ApiError, Kind, Remote, asset_path, cookie_name, language, plain_cookie};
+use crate::web::{ApiError, Kind, NO_ROLE, Remote, asset_path, cookie_name, language, plain_cookie};
 use api::Role;
 use askama::Template;
 use axum::extract::{Form, FromRequestParts};
@@ -23,6 +23,8 @@ pub(crate) struct Frame {
     pub(crate) csrf: String,
     pub(crate) palette: &'static str,
     pub(crate) admin: bool,
+    /// Whether the person has no role, and sees nothing but what is shared with them.
+    pub(crate) guest: bool,
     /// Which vessels the person may stop: `all`, or addresses with commas; empty for none.
     pub(crate) stops: String,
     /// Where the page is, to come back to.
@@ -52,6 +54,7 @@ impl Frame {
             name: who.map(|who| who.name.clone()).unwrap_or_default(),
             csrf: who.map(|who| who.csrf().to_owned()).unwrap_or_default(),
             palette: palette(plain_cookie(headers, PALETTE_COOKIE).unwrap_or_default()),
+            guest: who.is_some_and(|who| who.grants.somewhere().is_none()),
             admin: who.is_some_and(|who| who.grants.everywhere() == Some(Role::Admin)),
             stops: may_see.map(|who| stops(&who.grants)).unwrap_or_default(),
             path: path.to_owned(),
@@ -226,6 +229,10 @@ pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Respon
     }
     if error.code == "password_change_required" {
         return Redirect::to("/account").into_response();
+    }
+    // The first page after a login, and what the brand leads to.
+    if error.code == NO_ROLE && next == Some("/") {
+        return Redirect::to("/shared").into_response();
     }
     let language = language::current();
     let frame =

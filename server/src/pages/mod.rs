@@ -65,6 +65,7 @@ pub(crate) fn routes() -> Vec<Route> {
         ),
         Route::page("/datasets", Need::Somewhere(Role::Viewer), "Datasets.", datasets::list),
         Route::page("/datasets/{id}", Need::Somewhere(Role::Viewer), "One dataset.", datasets::one),
+        Route::page("/shared", Need::Account, "What is shared with one's account.", share::shared),
         Route::page("/s/{token}", Need::Anyone, "What a link gives.", share::page),
         Route::form("/s/{token}", Need::Anyone, "Open a link by its password.", share::unlock),
         Route::page("/style", Need::Somewhere(Role::Viewer), "What pages are made of.", style::page),
@@ -85,7 +86,7 @@ pub(crate) fn routes() -> Vec<Route> {
             account::language,
         ),
         Route::form("/account/session/end", Need::Session, "End a session.", account::session_end),
-        Route::form("/account/token", Need::Somewhere(Role::Viewer), "Make a token.", account::token_make),
+        Route::form("/account/token", Need::Account, "Make a token.", account::token_make),
         Route::form("/account/token/revoke", Need::Session, "Revoke a token.", account::token_revoke),
         Route::form("/account/notice", Need::Somewhere(Role::Viewer), "Ask for messages.", notices::add),
         Route::form(

@@ -1,11 +1,12 @@
-//! What a link to a dataset shows to whoever has it: made on the server, for readers without an account and without scripts.
+//! What a link to a dataset shows to those whom it is for, and the list of what is shared with an account: made on the server, for
+//! readers without a role and without scripts.
 
 use super::form::Sent;
 use super::frame::{Frame, PageError, html, set_cookie};
 use super::words::{word, worded};
 use crate::AppState;
-use crate::web::{ApiError, InPath, Remote, cookie_name, plain_cookie};
-use api::{DatasetCheck, DatasetContent, DatasetVersion, ShareVisitKind};
+use crate::web::{ApiError, InPath, MaybeWho, Remote, Who, cookie_name, plain_cookie};
+use api::{DatasetCheck, DatasetContent, DatasetVersion, ShareVisitKind, SharedDataset};
 use askama::Template;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -102,12 +103,18 @@ pub(super) async fn page(
     State(state): State<AppState>,
     frame: Frame,
     remote: Remote,
+    MaybeWho(who): MaybeWho,
     headers: HeaderMap,
     InPath(token): InPath<String>,
 ) -> Result<Response, PageError> {
     let datasets = &state.shore.datasets;
-    let open = match datasets.open(&token, remote.address).await? {
+    let open = match datasets.open(&token, remote.address, who.as_ref()).await? {
         Ok(open) => open,
+        // Who is logged in has a one-time password to change first.
+        Err(ShareClosed::LogIn) if who.is_some() => return Ok(Redirect::to("/account").into_response()),
+        Err(ShareClosed::LogIn) => {
+            return Ok(Redirect::to(&format!("/login?next=/s/{token}")).into_response());
+        }
         Err(closed) => return Ok(closed_page(frame, &closed)),
     };
     let kept = cookie_name(&open.cookie_name(), remote);
@@ -118,6 +125,31 @@ pub(super) async fn page(
     let base = format!("{}/s/{token}", remote.origin(&headers));
     let data = if open.embargo_us.is_some() { None } else { Some(data(&state, &frame, &open, &base).await) };
     Ok(html(&share_page(frame, &open, data)))
+}
+
+/// What is shared with the account that is logged in.
+#[derive(Template)]
+#[template(path = "shared.html")]
+struct SharedPage {
+    frame: Frame,
+    shared: Vec<Shared>,
+}
+
+/// A row of that list.
+struct Shared {
+    dataset: SharedDataset,
+    ends: String,
+}
+
+/// `GET /shared`.
+pub(super) async fn shared(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    let shared = state.shore.datasets.shared_with(&who).await?;
+    let shared = shared.into_iter().map(|dataset| Shared { ends: minute(dataset.expires_us), dataset });
+    Ok(html(&SharedPage { shared: shared.collect(), frame }))
 }
 
 /// A password as it is given.
@@ -131,11 +163,12 @@ pub(super) async fn unlock(
     State(state): State<AppState>,
     frame: Frame,
     remote: Remote,
+    MaybeWho(who): MaybeWho,
     InPath(token): InPath<String>,
     Sent(given): Sent<Given>,
 ) -> Result<Response, PageError> {
     let datasets = &state.shore.datasets;
-    let open = match datasets.open(&token, remote.address).await? {
+    let open = match datasets.open(&token, remote.address, who.as_ref()).await? {
         Ok(open) => open,
         Err(closed) => return Ok(closed_page(frame, &closed)),
     };
@@ -186,6 +219,11 @@ fn closed_page(frame: Frame, closed: &ShareClosed) -> Response {
             frame.t("The dataset was withdrawn"),
             frame.t("Its data are no longer available. Ask those who sent you this link why."),
         ),
+        ShareClosed::LogIn => (
+            StatusCode::UNAUTHORIZED,
+            frame.t("This link is for one account"),
+            frame.t("This link is for one account: log in."),
+        ),
         ShareClosed::Wait(wait) => (
             StatusCode::TOO_MANY_REQUESTS,
             frame.t("Wait a moment"),
@@ -229,7 +267,11 @@ fn share_page(frame: Frame, open: &OpenShare, data: Option<Data>) -> SharePage {
 async fn data(state: &AppState, frame: &Frame, open: &OpenShare, base: &str) -> Data {
     let OpenShare { share, version, .. } = open;
     let content = &share.content;
-    let access = if share.has_password { Access::Password } else { Access::Address };
+    let access = match &share.person {
+        Some(_) => Access::Token,
+        None if share.has_password => Access::Password,
+        None => Access::Address,
+    };
     let file = format!("{base}/detections.csv");
     // Where that fails, the page says nothing of it; where it takes longer, it goes on without the page.
     let check = tokio::time::timeout(PATIENCE, state.shore.datasets.shared_check(open)).await;

@@ -20,6 +20,9 @@ use shore::identity::{Principal, Secret, Via};
 /// The cookie of a browser's session.
 pub(crate) const SESSION_COOKIE: &str = "lutra_session";
 
+/// The code of a refusal to somebody without any role, who sees only what is shared with them.
+pub(crate) const NO_ROLE: &str = "no_role";
+
 /// Makes the answer for a refusal: kind of route, where to continue after a login, and the error.
 pub(crate) type Refusal = fn(Kind, Option<&str>, ApiError) -> Response;
 
@@ -44,6 +47,17 @@ impl<S: Sync> FromRequestParts<S> for Who {
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
         let who = parts.extensions.get::<Principal>().cloned();
         who.map(Self).ok_or_else(ApiError::not_logged_in)
+    }
+}
+
+/// Who asks, for handlers of routes that anyone may use.
+#[derive(Debug, Clone)]
+pub(crate) struct MaybeWho(pub(crate) Option<Principal>);
+
+impl<S: Sync> FromRequestParts<S> for MaybeWho {
+    type Rejection = std::convert::Infallible;
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Self::Rejection> {
+        Ok(Self(parts.extensions.get::<Principal>().cloned()))
     }
 }
 
@@ -176,6 +190,9 @@ async fn may(
         let text = say("Choose a password of your own first, at /account.");
         return Err(ApiError { code: "password_change_required", ..ApiError::forbidden(text) });
     }
+    if post.need == Need::Account {
+        return Ok(());
+    }
     let (has, least, text) = match post.need {
         Need::Somewhere(least) => (
             who.grants.somewhere(),
@@ -188,12 +205,14 @@ async fn may(
             if let Need::Everywhere(least) = post.need { least } else { Role::Admin },
             say("{name} may not do this: that needs the role {role} on all vessels. Ask an admin."),
         ),
-        Need::Anyone | Need::Session | Need::Link => return Ok(()),
+        Need::Anyone | Need::Session | Need::Account | Need::Link => return Ok(()),
     };
     if has >= Some(least) {
         return Ok(());
     }
-    Err(ApiError::forbidden(text.with("name", &who.name).with("role", least)))
+    let refusal = ApiError::forbidden(text.with("name", &who.name).with("role", least));
+    let code = if who.grants.somewhere().is_none() { NO_ROLE } else { refusal.code };
+    Err(ApiError { code, ..refusal })
 }
 
 /// Whether `who` may use a route of the vessel in the path, which is given by name or address.

@@ -26,6 +26,8 @@ mod wrong;
 pub(crate) use assets::path as asset_path;
 pub(crate) use error::ApiError;
 pub(crate) use extract::{BodyLimit, InBody, InPath, QueryParams, WholeBody};
-pub(crate) use guard::{LinkOf, OfVessel, SESSION_COOKIE, Who, cookie, cookie_name, identify, plain_cookie};
+pub(crate) use guard::{
+    LinkOf, MaybeWho, NO_ROLE, OfVessel, SESSION_COOKIE, Who, cookie, cookie_name, identify, plain_cookie,
+};
 pub(crate) use remote::Remote;
 pub(crate) use route::{Kind, Need, Route};

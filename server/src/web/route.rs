@@ -20,6 +20,8 @@ pub(crate) enum Need {
     Anyone,
     /// Logged in with a browser, even while a one-time password must be changed.
     Session,
+    /// Logged in, whatever their roles, also with none; the handler shows what is the person's own.
+    Account,
     /// This role on some vessel; the handler shows no more than what the person may see.
     Somewhere(Role),
     /// This role on the vessel in the path, `{vessel}`.

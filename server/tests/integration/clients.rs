@@ -58,6 +58,8 @@ struct Shared {
     token: String,
     url: String,
     link: String,
+    /// A link for the account of the token alone.
+    for_account: String,
     dataset: String,
     _server: Server,
     _data: tempfile::TempDir,
@@ -80,11 +82,14 @@ impl Shared {
         let made = say("/datasets", draft);
         let dataset = made["id"].to_string();
         say(&format!("/datasets/{dataset}/publish"), json!({"revision": made["revision"]}));
-        let link = json!({"label": "Ola", "days": 30, "password": PASSWORD});
-        let link = say(&format!("/datasets/{dataset}/shares"), link);
         let url = format!("http://{}", server.web);
-        let link = format!("{url}{}", link["path"].as_str().unwrap());
-        Self { token, url, link, dataset, _server: server, _data: data }
+        let link = |asked: Value| {
+            let made = say(&format!("/datasets/{dataset}/shares"), asked);
+            format!("{url}{}", made["path"].as_str().unwrap())
+        };
+        let for_account = link(json!({"label": "Kari", "days": 30, "person": "kari"}));
+        let link = link(json!({"label": "Ola", "days": 30, "password": PASSWORD}));
+        Self { token, url, link, for_account, dataset, _server: server, _data: data }
     }
 
     /// Runs a script, which says at its end that all is as it should be.
@@ -93,6 +98,7 @@ impl Shared {
             .args([&self.url, &self.link, PASSWORD, &self.dataset])
             .arg(DETECTIONS.to_string())
             .env("LUTRA_TOKEN", &self.token)
+            .env("LUTRA_ACCOUNT_LINK", &self.for_account)
             .output()
             .unwrap();
         let said = String::from_utf8_lossy(&output.stdout);

@@ -23,6 +23,8 @@ pub(super) struct Add {
     pub(super) hash: [u8; 32],
     /// The password's hash.
     pub(super) password: Option<String>,
+    /// The number of the account that alone opens it.
+    pub(super) person: Option<i64>,
     pub(super) share: DatasetShare,
 }
 
@@ -36,9 +38,9 @@ impl Request for Add {
         if count >= SHARES {
             return Err(Fault::refused(say("{n} links to the dataset are open, which is the most. Revoke one that is not needed any more.").with("n", SHARES)));
         }
-        let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body) VALUES (?1, ?2, ?3, ?4, ?5)";
+        let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body, person) VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.hash.to_vec()).bind(self.password);
-        let query = query.bind(self.share.expires_us).bind(written(&self.share)?);
+        let query = query.bind(self.share.expires_us).bind(written(&self.share)?).bind(self.person);
         let made = query.execute(&mut *db).await?.last_insert_rowid();
         forget_closed(db, self.dataset, self.share.made.time_us).await?;
         Ok(made)
@@ -58,20 +60,44 @@ async fn forget_closed(db: &mut SqliteConnection, dataset: i64, now_us: i64) -> 
     Ok(())
 }
 
-type Found = (i64, i64, Option<String>, i64, String, i64, i64, Option<i64>, Option<String>, Option<i64>);
+#[derive(sqlx::FromRow)]
+struct Found {
+    id: i64,
+    dataset: i64,
+    password: Option<String>,
+    expires_us: i64,
+    body: String,
+    views: i64,
+    downloads: i64,
+    used_us: Option<i64>,
+    revoked_by: Option<String>,
+    revoked_us: Option<i64>,
+    person: Option<i64>,
+}
 
 const COLUMNS: &str =
-    "SELECT id, dataset, password, expires_us, body, views, downloads, used_us, revoked_by, revoked_us
+    "SELECT id, dataset, password, expires_us, body, views, downloads, used_us, revoked_by, revoked_us, person
                        FROM dataset_share WHERE ";
 
-/// A link with the number of its dataset and its password's hash.
-fn share(found: Found) -> Result<(DatasetShare, i64, Option<String>), Fault> {
-    let (id, dataset, password, expires_us, body, views, downloads, used_us, revoked_by, revoked_us) = found;
+/// What the row says of the link.
+fn share(found: Found) -> Result<DatasetShare, Fault> {
+    let Found {
+        id,
+        dataset,
+        password,
+        expires_us,
+        body,
+        views,
+        downloads,
+        used_us,
+        revoked_by,
+        revoked_us,
+        ..
+    } = found;
     let kept: DatasetShare = read(&body, dataset)?;
     let revoked = revoked_us.map(|time_us| LogWord { by: revoked_by.unwrap_or_default(), time_us });
     let has_password = password.is_some();
-    let share = DatasetShare { id, has_password, expires_us, views, downloads, used_us, revoked, ..kept };
-    Ok((share, dataset, password))
+    Ok(DatasetShare { id, has_password, expires_us, views, downloads, used_us, revoked, ..kept })
 }
 
 /// Links of a dataset, the newest first.
@@ -84,29 +110,74 @@ impl Request for Of {
     async fn run(self, db: &mut SqliteConnection) -> Result<Vec<DatasetShare>, Fault> {
         let sql = sqlx::AssertSqlSafe(format!("{COLUMNS} dataset = ?1 ORDER BY id DESC"));
         let found: Vec<Found> = sqlx::query_as(sql).bind(self.0).fetch_all(db).await?;
-        found.into_iter().map(|one| Ok(share(one)?.0)).collect()
+        found.into_iter().map(share).collect()
     }
 }
 
-/// The result of looking up a link's secret.
+/// A link that was looked up.
 pub(super) struct Led {
     pub(super) share: DatasetShare,
+    /// The password's hash.
     pub(super) password: Option<String>,
+    /// The number of the account that alone opens it.
+    pub(super) person: Option<i64>,
     pub(super) dataset: Row,
 }
 
-/// The link with a secret of this SHA-256, and its dataset, in one transaction.
-pub(super) struct By(pub(super) [u8; 32]);
+/// The link of an address, and its dataset, in one transaction.
+pub(super) enum By {
+    /// With a secret of this SHA-256; not one that is for an account.
+    Secret([u8; 32]),
+    /// With this number, which is for an account.
+    Number(i64),
+}
 
 impl Request for By {
     type Answer = Option<Led>;
 
     async fn run(self, db: &mut SqliteConnection) -> Result<Option<Led>, Fault> {
-        let sql = sqlx::AssertSqlSafe(format!("{COLUMNS} hash = ?1"));
-        let found: Option<Found> = sqlx::query_as(sql).bind(self.0.to_vec()).fetch_optional(&mut *db).await?;
-        let Some((share, dataset, password)) = found.map(share).transpose()? else { return Ok(None) };
-        let dataset = Listed(Some(dataset)).run(db).await?.into_iter().next();
-        Ok(dataset.map(|dataset| Led { share, password, dataset }))
+        let which = match self {
+            Self::Secret(_) => "hash = ?1 AND person IS NULL",
+            Self::Number(_) => "id = ?1 AND person IS NOT NULL",
+        };
+        let query = sqlx::query_as(sqlx::AssertSqlSafe(format!("{COLUMNS} {which}")));
+        let query = match self {
+            Self::Secret(hash) => query.bind(hash.to_vec()),
+            Self::Number(number) => query.bind(number),
+        };
+        let Some(found): Option<Found> = query.fetch_optional(&mut *db).await? else { return Ok(None) };
+        led(db, found).await
+    }
+}
+
+/// The link of a row with its dataset.
+async fn led(db: &mut SqliteConnection, found: Found) -> Result<Option<Led>, Fault> {
+    let (id, password, person) = (found.dataset, found.password.clone(), found.person);
+    let share = share(found)?;
+    let dataset = Listed(Some(id)).run(db).await?.into_iter().next();
+    Ok(dataset.map(|dataset| Led { share, password, person, dataset }))
+}
+
+/// Links for one account that are open, the newest first.
+#[derive(Debug)]
+pub(super) struct ForPerson {
+    pub(super) person: i64,
+    pub(super) now: UtcTime,
+}
+
+impl Request for ForPerson {
+    type Answer = Vec<Led>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<Led>, Fault> {
+        let sql = sqlx::AssertSqlSafe(format!(
+            "{COLUMNS} person = ?1 AND revoked_us IS NULL AND expires_us > ?2 ORDER BY id DESC LIMIT ?3"
+        ));
+        let query = sqlx::query_as(sql).bind(self.person).bind(self.now.micros()).bind(LISTED);
+        let mut open = Vec::new();
+        for found in query.fetch_all(&mut *db).await? {
+            open.extend(led(db, found).await?);
+        }
+        Ok(open)
     }
 }
 

@@ -1,18 +1,20 @@
-//! What a client gets who has only the address of a link.
+//! What a client gets by a link.
 //!
-//! The address opens one version of one dataset, within the limits of the link. The client's account is never considered: a
-//! user with every role gets no more by a link than a stranger.
+//! The address opens one version of one dataset, within the limits of the link. Roles are never considered: a user with every
+//! role gets no more by a link than a stranger. A link for an account opens to that account alone; its address is no secret.
 
 use super::contents::Frozen;
-use super::links::{By, Led, Visit};
+use super::links::{By, ForPerson, Led, Visit};
 use super::{Datasets, find_version};
 use crate::error::Result;
-use crate::identity::{Refused, Secret, same};
-use api::{DatasetCheck, DatasetShare, DatasetVersion, Said, ShareVisit, ShareVisitKind, say};
+use crate::identity::{Principal, Refused, Secret, Via, same};
+use api::{DatasetCheck, DatasetShare, DatasetVersion, Said, ShareVisit, ShareVisitKind, SharedDataset, say};
 use research::embargo_us;
 use std::net::IpAddr;
 use std::time::Duration;
 
+/// Begins the last part of the address of a link for an account, before its number.
+const FOR_ACCOUNT: &str = "account-";
 /// How long a correct password opens a link in a browser (µs).
 const OPEN_US: i64 = 43_200_000_000;
 
@@ -34,6 +36,9 @@ pub enum ShareClosed {
     /// The dataset of a link with a password was withdrawn: the reason is only for those who have the password.
     #[error("The dataset was withdrawn. Ask those who sent you this link.")]
     WithdrawnUntold,
+    /// It is for an account, and the client is not logged in, or has not yet changed a one-time password.
+    #[error("This link is for one account: log in.")]
+    LogIn,
     /// Links were opened too often from this address.
     #[error("Links are opened too often from your network. Try again in {} s.", .0.as_secs() + 1)]
     Wait(Duration),
@@ -50,6 +55,7 @@ impl ShareClosed {
             Self::Expired => say("This link has ended. Ask those who made it for a new one."),
             Self::Withdrawn(reason) => say("The dataset was withdrawn: {reason}").with("reason", reason),
             Self::WithdrawnUntold => say("The dataset was withdrawn. Ask those who sent you this link."),
+            Self::LogIn => say("This link is for one account: log in."),
             Self::Wait(wait) => say("Links are opened too often from your network. Try again in {n} s.")
                 .with("n", wait.as_secs() + 1),
         }
@@ -67,7 +73,8 @@ pub struct OpenShare {
     pub version: DatasetVersion,
     /// End of the embargo (µs since 1970 UTC); `None` where the data are available.
     pub embargo_us: Option<i64>,
-    secret: Secret,
+    /// Absent for a link for an account, which has no password either.
+    secret: Option<Secret>,
     /// The password's hash.
     password: Option<String>,
 }
@@ -79,22 +86,35 @@ impl std::fmt::Debug for OpenShare {
 }
 
 impl Datasets {
-    /// The link with the secret in an address.
+    /// The link of an address by its last part, for a client who may be logged in as `who`.
     ///
     /// # Errors
     /// app.db cannot be read, or, within, why the link gives nothing.
     pub async fn open(
         &self,
-        secret: &str,
+        token: &str,
         address: IpAddr,
+        who: Option<&Principal>,
     ) -> Result<std::result::Result<OpenShare, ShareClosed>> {
         if let Err(wait) = self.people.may_open_link(address) {
             return Ok(Err(ShareClosed::Wait(wait)));
         }
-        let Some(secret) = Secret::parse(secret) else { return Ok(Err(ShareClosed::Unknown)) };
-        let Some(Led { share, password, dataset }) = self.people.ask(By(secret.hash())).await? else {
+        let number = token.strip_prefix(FOR_ACCOUNT).and_then(|number| number.parse().ok());
+        let (by, secret) = match (number, Secret::parse(token)) {
+            (Some(number), _) => (By::Number(number), None),
+            (None, Some(secret)) => (By::Secret(secret.hash()), Some(secret)),
+            (None, None) => return Ok(Err(ShareClosed::Unknown)),
+        };
+        // Before the link is looked up: who is not logged in does not learn which numbers there are.
+        if number.is_some() && !who.is_some_and(is_free) {
+            return Ok(Err(ShareClosed::LogIn));
+        }
+        let Some(Led { share, password, person, dataset }) = self.people.ask(by).await? else {
             return Ok(Err(ShareClosed::Unknown));
         };
+        if person.is_some() && person != who.map(|who| who.person) {
+            return Ok(Err(ShareClosed::Unknown));
+        }
         let now_us = self.clock.utc().micros();
         if share.revoked.is_some() {
             return Ok(Err(ShareClosed::Revoked));
@@ -113,6 +133,31 @@ impl Datasets {
         let version = find_version(&dataset.versions, share.version)?.clone();
         let embargo_us = embargo_us(&version.embargo_until).filter(|end_us| now_us < *end_us);
         Ok(Ok(OpenShare { dataset: dataset.id, share, version, embargo_us, secret, password }))
+    }
+
+    /// What is shared with this account and open, the newest first.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn shared_with(&self, who: &Principal) -> Result<Vec<SharedDataset>> {
+        let asked = ForPerson { person: who.person, now: self.clock.utc() };
+        let open = self.people.ask(asked).await?;
+        open.into_iter()
+            .filter(|led| led.dataset.withdrawn.is_none())
+            .map(|Led { share, dataset, .. }| {
+                let version = find_version(&dataset.versions, share.version)?;
+                Ok(SharedDataset {
+                    path: path_for_account(share.id),
+                    title: version.title.clone(),
+                    version: share.version,
+                    citation: version.citation.clone(),
+                    rows: share.content.rows,
+                    embargo_until: version.embargo_until.clone(),
+                    made: share.made,
+                    expires_us: share.expires_us,
+                })
+            })
+            .collect()
     }
 
     /// Checks the password of a link; returns the cookie by which the link stays open in this browser.
@@ -198,6 +243,17 @@ impl OpenShare {
     /// Derived from the address and from the password's hash, which only the server has.
     fn key_until(&self, until_us: i64) -> String {
         let kept = self.password.as_deref().unwrap_or_default();
-        format!("{until_us}.{}", self.secret.derived(&format!("link {until_us} {kept}")))
+        let derived = self.secret.as_ref().map(|secret| secret.derived(&format!("link {until_us} {kept}")));
+        format!("{until_us}.{}", derived.unwrap_or_default())
     }
+}
+
+/// The path of the page of a link for an account.
+pub(super) fn path_for_account(share: i64) -> String {
+    format!("/s/{FOR_ACCOUNT}{share}")
+}
+
+/// Whether an account is not held up by a one-time password.
+fn is_free(who: &Principal) -> bool {
+    !matches!(who.via, Via::Session { must_change_password: true, .. })
 }

@@ -3,9 +3,10 @@
 use super::contents::content_of;
 use super::links;
 use super::service::{is_not_withdrawn, malformed};
+use super::shares::path_for_account;
 use super::{Datasets, find_version};
 use crate::error::{Error, ErrorKind, Result};
-use crate::identity::{Principal, Secret, password};
+use crate::identity::{Fault, Principal, Secret, password, persons};
 use crate::logbook::check_text;
 use api::{
     DatasetContent, DatasetShare, DatasetShareMade, DatasetShareRequest, DatasetVersion, LogWord, Said,
@@ -58,6 +59,11 @@ impl Datasets {
         let number = number.ok_or_else(|| Error::refused(say("It has no version yet: publish it first.")))?;
         let version = find_version(&dataset.versions, number)?;
         let mut share = self.checked_share(who, &asked, version)?;
+        let mut person = None;
+        if let Some(name) = share.person.take() {
+            let (number, name) = self.account(name).await?;
+            (person, share.person) = (Some(number), Some(name));
+        }
         share.content = self.shared_content(version, &share).await?;
         if share.content.rows == 0 {
             return Err(Error::refused(say("The link would give no detections: leave out less.")));
@@ -69,11 +75,26 @@ impl Datasets {
             if asked.password.is_empty() { None } else { Some(self.people.hash(asked.password).await?) };
         let secret = Secret::random();
         let subject = format!("{id} {}, version {number}, for {}", version.title, share.label);
-        let add = links::Add { dataset: id, hash: secret.hash(), password: kept, share };
+        let add = links::Add { dataset: id, hash: secret.hash(), password: kept, person, share };
         let number = self.act(who, from, "dataset.share", subject, add).await?;
         let share = self.people.ask(links::Of(id)).await?.into_iter().find(|share| share.id == number);
         let share = share.ok_or_else(|| Error::new(ErrorKind::NotFound, say("The link is gone.")))?;
-        Ok(DatasetShareMade { share, path: format!("/s/{}", secret.text()) })
+        let path = match person {
+            Some(_) => path_for_account(number),
+            None => format!("/s/{}", secret.text()),
+        };
+        Ok(DatasetShareMade { share, path })
+    }
+
+    /// The number of the account of this name, and the name as the account has it.
+    async fn account(&self, name: String) -> Result<(i64, String)> {
+        let unknown = malformed(
+            say("person: there is no account {name}; ask an admin to make one").with("name", &name),
+        );
+        match self.people.ask(persons::Named(name)).await {
+            Err(Fault::Refused(_)) => Err(unknown),
+            found => Ok(found?),
+        }
     }
 
     /// Validates a requested link.
@@ -90,6 +111,12 @@ impl Datasets {
         if !asked.password.is_empty() {
             password::check_new("lutra", &asked.password, PASSWORD)
                 .map_err(|text| malformed(text.of_field("password")))?;
+        }
+        let person = asked.person.as_deref().map(str::trim).filter(|name| !name.is_empty());
+        if person.is_some() && !asked.password.is_empty() {
+            return Err(malformed(say(
+                "password: a link for one account is opened by logging in; leave the password out",
+            )));
         }
         for (field, time) in [("from_us", asked.from_us), ("to_us", asked.to_us)] {
             if time.is_some_and(|time| !(0..=9_007_199_254_740_991).contains(&time)) {
@@ -128,6 +155,7 @@ impl Datasets {
             version: version.number,
             label,
             has_password: !asked.password.is_empty(),
+            person: person.map(str::to_owned),
             expires_us: now_us + i64::from(asked.days) * DAY_US,
             from_us: asked.from_us,
             to_us: asked.to_us,

@@ -40,6 +40,7 @@ fn version(number: u32) -> DatasetVersion {
 
 fn share() -> DatasetShare {
     DatasetShare {
+        person: None,
         id: 0,
         version: 1,
         label: "Ola".to_owned(),
@@ -98,12 +99,18 @@ async fn a_link_is_found_by_the_hash_of_its_secret_and_counts_its_uses() {
     let db = &mut db;
     let (id, other) = (published(db).await, published(db).await);
     let secret = Secret::random();
-    let add = Add { dataset: id, hash: secret.hash(), password: Some("phc".to_owned()), share: share() };
+    let add = Add {
+        dataset: id,
+        hash: secret.hash(),
+        password: Some("phc".to_owned()),
+        person: None,
+        share: share(),
+    };
     let number = done(db, add).await;
-    let led = done(db, By(secret.hash())).await.unwrap();
+    let led = done(db, By::Secret(secret.hash())).await.unwrap();
     assert_eq!((led.dataset.id, led.password.as_deref(), led.share.has_password), (id, Some("phc"), true));
     assert_eq!((&led.share.tags, led.share.precision_m, led.share.id), (&share().tags, Some(100), number));
-    assert!(done(db, By(Secret::random().hash())).await.is_none());
+    assert!(done(db, By::Secret(Secret::random().hash())).await.is_none());
     for (time_us, what) in
         [(6, ShareVisitKind::View), (7, ShareVisitKind::Download), (8, ShareVisitKind::WrongPassword)]
     {
@@ -119,14 +126,15 @@ async fn a_link_is_found_by_the_hash_of_its_secret_and_counts_its_uses() {
     assert!(within_transaction(db, revoke(other)).await.is_err());
     done(db, revoke(id)).await;
     assert!(within_transaction(db, revoke(id)).await.is_err());
-    assert!(done(db, By(secret.hash())).await.unwrap().share.revoked.is_some());
+    assert!(done(db, By::Secret(secret.hash())).await.unwrap().share.revoked.is_some());
 }
 
 #[tokio::test]
 async fn of_the_uses_of_a_link_the_newest_are_kept() {
     let mut db = migrated().await;
     let id = published(&mut db).await;
-    let add = Add { dataset: id, hash: Secret::random().hash(), password: None, share: share() };
+    let add =
+        Add { dataset: id, hash: Secret::random().hash(), password: None, person: None, share: share() };
     let number = done(&mut db, add).await;
     // One more than there may be, written at once.
     let sql = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 10000)
@@ -174,6 +182,7 @@ async fn links_that_are_revoked_or_have_ended_make_room_for_others() {
             dataset: id,
             hash: Secret::random().hash(),
             password: None,
+            person: None,
             share: DatasetShare { made, expires_us, ..share() },
         }
     };
@@ -196,7 +205,7 @@ async fn of_links_that_do_not_open_any_more_the_newest_thousand_are_kept() {
     let add = |dataset, expires_us| {
         let secret = Secret::random();
         let share = DatasetShare { expires_us, ..share() };
-        (secret.hash(), Add { dataset, hash: secret.hash(), password: None, share })
+        (secret.hash(), Add { dataset, hash: secret.hash(), password: None, person: None, share })
     };
     // One that opens, one that ended before it is made, one of another dataset, and a use of the one that ended.
     let (open, first) = add(id, i64::MAX);
@@ -218,9 +227,9 @@ async fn of_links_that_do_not_open_any_more_the_newest_thousand_are_kept() {
     done(db, Revoke { dataset: id, share, by: "kari".to_owned(), now: NOW }).await;
     let (_, last) = add(id, i64::MAX);
     done(db, last).await;
-    assert!(done(db, By(ended)).await.is_none(), "the oldest that does not open is gone");
+    assert!(done(db, By::Secret(ended)).await.is_none(), "the oldest that does not open is gone");
     assert_eq!(done(db, Visits { dataset: id, share: number }).await, []);
-    assert!(done(db, By(open)).await.is_some() && done(db, By(elsewhere)).await.is_some());
+    assert!(done(db, By::Secret(open)).await.is_some() && done(db, By::Secret(elsewhere)).await.is_some());
     assert_eq!(done(db, Of(id)).await.len(), 1_002, "two open, a thousand do not");
 }
 
@@ -233,6 +242,7 @@ async fn a_link_that_was_open_for_long_is_kept_by_when_it_was_closed() {
         dataset: id,
         hash: Secret::random().hash(),
         password: None,
+        person: None,
         share: DatasetShare { expires_us, ..share() },
     };
     let first = done(db, add(i64::MAX)).await;

@@ -23,7 +23,7 @@ pub struct Account {
     pub must_change: bool,
 }
 
-/// Adds a person, with a role on a vessel (`None`: all vessels).
+/// Adds a person, with a role on a vessel (`None`: all vessels) or without any: then they see what is shared with them alone.
 #[derive(Debug)]
 pub struct Add {
     /// The name.
@@ -34,8 +34,8 @@ pub struct Add {
     pub must_change: bool,
     /// The vessel of the role (`None`: all).
     pub vessel: Option<u16>,
-    /// The role.
-    pub role: Role,
+    /// The role, if they get one.
+    pub role: Option<Role>,
     /// Time of the request.
     pub now: UtcTime,
 }
@@ -46,7 +46,7 @@ impl Request for Add {
 
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
         let id = add(db, &self.name, &self.password_hash, self.must_change, self.now).await?;
-        set_permission(db, id, self.vessel, Some(self.role)).await?;
+        set_permission(db, id, self.vessel, self.role).await?;
         Ok(id)
     }
 }
@@ -105,15 +105,16 @@ impl Request for Remove {
     }
 }
 
-/// The number of the person of this name.
+/// The number of the person of this name, and the name as it was given when the account was made.
 #[derive(Debug)]
-pub struct Number(pub String);
+pub struct Named(pub String);
 
-impl Request for Number {
-    type Answer = i64;
+impl Request for Named {
+    type Answer = (i64, String);
 
-    async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
-        Ok(known(db, &self.0).await?.id)
+    async fn run(self, db: &mut SqliteConnection) -> Result<(i64, String), Fault> {
+        let Account { id, name, .. } = known(db, &self.0).await?;
+        Ok((id, name))
     }
 }
 

@@ -80,7 +80,7 @@ export function DatasetShares({ dataset, version, may }: { readonly dataset: num
   return (
     <section aria-label={t("Links for others")}>
       <h2>{t("Links for others")}</h2>
-      <p>{t("A link gives this version to somebody without an account: all of it, or a part, or with coarsened places. Each use is listed here.")}</p>
+      <p>{t("A link gives this version to others, with or without an account: all of it, or a part, or with coarsened places. Each use is listed here.")}</p>
       {links.made.value && <Made links={links} made={links.made.value} />}
       {may && (links.making.value ? <ShareForm links={links} version={version} /> : <p><button type="button" class="main" onClick={() => { links.making.value = true; links.made.value = undefined; }}>{t("Make a link")}</button></p>)}
       {trouble && <p class="bad-text" role="alert">{trouble}</p>}
@@ -95,7 +95,7 @@ function Made({ links, made }: { readonly links: Links; readonly made: DatasetSh
   const address = `${location.origin}${made.path}`;
   return (
     <div class="note good" role="status">
-      <p>{t("The link for {name}. Copy it now: it is shown this once.", { name: made.share.label })}</p>
+      <p>{made.share.person ? t("The link for {name}. It opens after logging in as {account}, who also finds it under Shared with you.", { name: made.share.label, account: made.share.person }) : t("The link for {name}. Copy it now: it is shown this once.", { name: made.share.label })}</p>
       <p><code class="secret">{address}</code></p>
       <p class="row"><button type="button" onClick={() => void links.copy(address)}>{t("Copy")}</button><span class="dim" role="status">{links.said.value}</span></p>
       {made.share.had_changed && <p class="warn">{t("When this link was made, the archive gave other bytes than were published as this version.")} {t("Its page says so too.")}</p>}
@@ -114,6 +114,7 @@ function ShareForm({ links, version }: { readonly links: Links; readonly version
       <div class="filters">
         {field("label", t("For whom"), (marks) => line("label", marks, { maxLength: 100 }))}
         {field("days", t("Days until it ends"), (marks) => line("days", marks, { inputMode: "numeric" }))}
+        {field("person", t("Only for this account (empty for anyone with the address)"), (marks) => line("person", marks, { maxLength: 64, spellcheck: false, autocapitalize: "none" }))}
         {field("password", t("Password (empty for none)"), (marks) => line("password", marks, { spellcheck: false, autocapitalize: "none" }))}
         {field("precision_m", t("Places"), (marks) => (
           <select {...marks} value={draft.precision} onChange={(event) => change({ precision: event.currentTarget.value })}>

@@ -100,7 +100,7 @@ export function draftWrong({ title, licence, ownLicence, embargo, from, to }: Fi
 
 /** The field that the server's words are about, and the words; of several fields the first. */
 export function wrongOfWords(words: string): Wrong {
-  const [, field = "", text = words] = /^(title|description|publisher|authors|licence|embargo_until|doi|from_us|to_us|vessels|tags|projects|area|reason|label|days|password|precision_m): ([^\n]*)/.exec(words) ?? [];
+  const [, field = "", text = words] = /^(title|description|publisher|authors|licence|embargo_until|doi|from_us|to_us|vessels|tags|projects|area|reason|label|days|password|person|precision_m): ([^\n]*)/.exec(words) ?? [];
   return { field, text };
 }
 
@@ -143,6 +143,8 @@ export interface ShareFields {
   readonly label: string;
   readonly days: string;
   readonly password: string;
+  /** The account that alone opens it; empty for whoever has the address. */
+  readonly person: string;
   readonly precision: string;
   readonly from: string;
   readonly to: string;
@@ -150,7 +152,7 @@ export interface ShareFields {
   readonly area: string;
 }
 
-export const NEW_SHARE: ShareFields = { label: "", days: "30", password: "", precision: "", from: "", to: "", tags: "", area: "" };
+export const NEW_SHARE: ShareFields = { label: "", days: "30", password: "", person: "", precision: "", from: "", to: "", tags: "", area: "" };
 
 export function shareWrong({ label, days, from, to }: ShareFields): Wrong | undefined {
   if (!label.trim()) return { field: "label", text: t("Write for whom it is.") };
@@ -166,6 +168,7 @@ export function shareAsk(fields: ShareFields, version: number): DatasetShareRequ
     label: fields.label.trim(),
     days: Number(fields.days),
     password: fields.password,
+    person: fields.person.trim() || null,
     from_us: fields.from ? pickedUs(fields.from) : null,
     to_us: fields.to ? pickedUs(fields.to) : null,
     tags: fields.tags.split(/[\s,]+/).filter(Boolean),
@@ -175,10 +178,10 @@ export function shareAsk(fields: ShareFields, version: number): DatasetShareRequ
 }
 
 /** What a link leaves out, and what it asks for. */
-export function shareWords({ has_password, from_us, to_us, tags, area, precision_m, content }: DatasetShare): string {
+export function shareWords({ has_password, person, from_us, to_us, tags, area, precision_m, content }: DatasetShare): string {
   return [
     tn(content.rows, "1 detection", "{n} detections").replace(/\d{4,}/, (digits) => count(Number(digits))),
-    has_password ? t("with a password") : t("without a password"),
+    person ? t("for the account {name} alone", { name: person }) : has_password ? t("with a password") : t("without a password"),
     from_us !== null || to_us !== null ? t("a part of the time") : "",
     tags.length ? t("tags {names}", { names: tags.join(", ") }) : "",
     area ? t("a part of the area") : "",

@@ -345,6 +345,7 @@ mod tests {
 
     fn share(precision_m: Option<u32>) -> DatasetShare {
         DatasetShare {
+            person: None,
             id: 1,
             version: 1,
             label: "Ola".into(),

@@ -270,6 +270,21 @@ fn gaps(folder: &std::path::Path) -> Vec<Gap> {
 }
 
 #[test]
+fn a_gap_that_is_declared_after_a_crash_in_the_middle_of_another_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = lost(0, 1, START_US);
+    Store::open(folder.path()).unwrap().declare_gap(&first).unwrap();
+    let path = folder.path().join("archive/gaps.jsonl");
+    let whole = std::fs::read(&path).unwrap();
+    for half in [1, whole.len() / 2, whole.len() - 1] {
+        std::fs::write(&path, [&whole, &whole[..half]].concat()).unwrap();
+        let later = lost(10, 11, START_US + 3_600_000_000);
+        Store::open(folder.path()).unwrap().declare_gap(&later).unwrap();
+        assert_eq!(gaps(folder.path()), [first.clone(), later], "half a line of {half} bytes");
+    }
+}
+
+#[test]
 fn neighbouring_gaps_are_one_and_a_day_has_only_so_many() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();

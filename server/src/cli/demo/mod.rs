@@ -353,7 +353,7 @@ async fn admit(db: &mut Connection, crew: &[Member], past: Option<&Past>) -> Res
     let (now, password) = (clock::now(), one_time_password());
     let (name, password_hash) = (ADMIN.to_owned(), password::hash(&password));
     let admin =
-        persons::Add { name, password_hash, must_change: false, vessel: None, role: Role::Admin, now };
+        persons::Add { name, password_hash, must_change: false, vessel: None, role: Some(Role::Admin), now };
     let admin = within_transaction(db, admin).await?;
     let mut links = Vec::new();
     for (index, Member { otter, document, .. }) in crew.iter().enumerate() {

@@ -4,7 +4,7 @@ use crate::http::{datasets, shares};
 use crate::web::{Need, Route};
 use api::{
     Dataset, DatasetChange, DatasetCheck, DatasetDraft, DatasetFileQuery, DatasetShare, DatasetShareMade,
-    DatasetShareRequest, DatasetStep, DatasetVersion, DatasetWithdrawal, Role, ShareVisit,
+    DatasetShareRequest, DatasetStep, DatasetVersion, DatasetWithdrawal, Role, ShareVisit, SharedDataset,
 };
 
 /// Datasets. Who may see and change one depends on its vessels.
@@ -143,7 +143,7 @@ fn shares_table() -> Vec<Route> {
         Route::post(
             "/api/v1/datasets/{id}/shares",
             researcher,
-            "Make a link by which somebody without an account gets a version, or a part of it.",
+            "Make a link by which somebody without an account, or one account, gets a version, or a part of it.",
             datasets::share,
         )
         .takes::<DatasetShareRequest>()
@@ -159,9 +159,11 @@ fn shares_table() -> Vec<Route> {
     ]
 }
 
-/// Data for clients that have the address of a link, without a login. Each of these routes checks the link itself.
+/// Data for clients that have the address of a link. Each of these routes checks the link itself.
 pub(super) fn links() -> Vec<Route> {
     vec![
+        Route::get("/api/v1/shared", Need::Account, "What is shared with one's own account.", shares::mine)
+            .gives::<Vec<SharedDataset>>(),
         Route::get(
             "/s/{token}/detections.csv",
             Need::Anyone,

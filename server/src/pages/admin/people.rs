@@ -2,7 +2,7 @@
 
 use super::{Words, act};
 use crate::AppState;
-use crate::pages::form::{Sent, role as read_role, vessel as read_vessel};
+use crate::pages::form::{Sent, role_or_none, vessel as read_vessel};
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{self, PersonRow};
 use crate::web::{Remote, Who};
@@ -51,6 +51,7 @@ async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, 
 #[derive(Debug, Deserialize)]
 pub(in crate::pages) struct NewPerson {
     name: String,
+    /// `none` gives none.
     role: String,
     vessel: String,
 }
@@ -63,7 +64,7 @@ pub(in crate::pages) async fn add(
     remote: Remote,
     Sent(new): Sent<NewPerson>,
 ) -> Result<Response, PageError> {
-    let (role, vessel) = (read_role(&new.role)?, read_vessel(&new.vessel)?);
+    let (role, vessel) = (role_or_none(&new.role)?, read_vessel(&new.vessel)?);
     let secret = one_time_password();
     let hash = state.shore.people.hash(secret.clone()).await?;
     let name = new.name.trim().to_owned();
@@ -92,7 +93,7 @@ pub(in crate::pages) async fn role(
     remote: Remote,
     Sent(new): Sent<NewRole>,
 ) -> Result<Response, PageError> {
-    let role: Option<Role> = if new.role == "none" { None } else { Some(read_role(&new.role)?) };
+    let role = role_or_none(&new.role)?;
     let vessel = read_vessel(&new.vessel)?;
     let place = vessel.map_or_else(|| "all vessels".to_owned(), |vessel| format!("0x{vessel:04X}"));
     let subject = format!("{}: {} on {place}", new.name, role.map_or("nothing", Role::name));
