@@ -36,7 +36,7 @@ async function benchFirstPage(open, state) {
   const kB = (bytes) => `${(bytes / 1024).toFixed(0)} kB`;
   const { parts, total } = weight;
   const own = (parts.Document ?? 0) + (parts.Script ?? 0) + (parts.Stylesheet ?? 0) + (parts.Other ?? 0);
-  verdict("first page, all of it over the wire", kB(own), "300 kB", own <= 300 * 1024);
+  verdict("first page, all of it over the wire", kB(own), "200 kB", own <= 200 * 1024);
   console.log(`  ${Object.entries(parts).map(([kind, bytes]) => `${kind.toLowerCase()} ${kB(bytes)}`).join(", ")}; with chart tiles and tracks of ${vessels} vessels ${kB(total)}`);
   paints.sort((one, other) => one - other);
   verdict("largest contentful paint of the first page", `${paints[RUNS >> 1].toFixed(0)} ms, most of ${RUNS} ${paints.at(-1).toFixed(0)} ms`, "1000 ms", paints.at(-1) <= 1_000);

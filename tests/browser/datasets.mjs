@@ -79,8 +79,8 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Make a link" }).click();
   const link = page.getByRole("form", { name: "Make a link" });
   await link.getByRole("button", { name: "Make the link" }).click();
-  await link.getByText("Write for whom it is.").waitFor();
-  await link.getByLabel("For whom").fill("Ola at IMR");
+  await link.getByText("Name the recipient.").waitFor();
+  await link.getByLabel("Recipient").fill("Ola at IMR");
   await link.getByLabel("Password (empty for none)").fill(PASSWORD);
   await look(page, "dataset-link-form");
   await link.getByRole("button", { name: "Make the link" }).click();

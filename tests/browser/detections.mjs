@@ -24,7 +24,7 @@ await inBrowser(async (open) => {
   same(asked, [], "questions");
   same(await region.locator("tbody tr").count(), 3, "rows");
   await row("OPi-103").getByText("(reported)").waitFor();
-  await page.getByRole("img", { name: /^R64K-102: 1 times/ }).waitFor();
+  await page.getByRole("img", { name: /^R64K-102: 1 time,/ }).waitFor();
 
   // What is left out in the legend is left out of the table, and comes back.
   await page.getByRole("checkbox", { name: /R64K-101/ }).uncheck();
@@ -70,4 +70,10 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Show", exact: true }).click();
   await page.getByText("1 detection.", { exact: true }).waitFor();
   await look(page, "detections");
+
+  // On a phone all that is known of a detection stands in its lines, and nothing beside the window.
+  await page.setViewportSize({ width: 390, height: 844 });
+  await row("R64K-101").scrollIntoViewIfNeeded();
+  const beside = await region.evaluate((node) => node.scrollWidth - node.clientWidth);
+  check(beside <= 0, `${beside} px of the detections are beside the window`);
 });

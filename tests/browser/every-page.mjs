@@ -72,6 +72,9 @@ await inBrowser(async (open) => {
   for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/no-go-areas", "no-go areas"], [`/missions/${mission}`, "mission"], ["/detections", "detections"], ["/alarms", "alarms"], ["/data", "data"], ["/explore", "explorer"], ["/register", "register"], ["/datasets", "datasets"], [`/datasets/${dataset}`, "dataset"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/connections", "transports"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
     await go(path);
     if (name === "plans") await page.getByText("STOP …").click();
+    // Red is for STOP and for what is wrong, not for what takes something away.
+    const red = await page.evaluate(() => [...document.querySelectorAll("button.danger, details.ask summary")].filter((one) => getComputedStyle(one).color !== getComputedStyle(document.body).color).map((one) => one.textContent));
+    check(!red.length, `${path}: in another colour than text: ${red.join("; ")}`);
     if (name === "plan") await page.locator(".steps .step").first().click();
     if (name === "people") await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
     if (name === "style") await judgeStyle(page);

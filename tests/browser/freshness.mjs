@@ -118,7 +118,7 @@ await inBrowser(async (open) => {
     await fleet.getByText(/63° .* E \(old\)/).waitFor();
     await fleet.waitForFunction(() => [...document.querySelectorAll(".system .fact .num, .system .mode, .system .place")].every((told) => told.hasAttribute("data-old")));
     await values.waitForFunction(() => [...document.querySelectorAll("table.values tbody:not([aria-hidden]) tr:not([hidden])")].every((row) => row.classList.contains("stale")));
-    await entities.waitForFunction(() => [...document.querySelectorAll("table.compact [data-entity]")].filter((row) => /NORMAL/.test(row.textContent)).every((row) => row.classList.contains("stale")));
+    await entities.waitForFunction(() => [...document.querySelectorAll("table.compact [data-entity]")].filter((row) => /normal/.test(row.textContent)).every((row) => row.classList.contains("stale")));
     for (const page of [values, entities, plots]) await page.waitForFunction(() => !document.querySelector(".tile:not([data-old]):not([data-tile=snr])"));
     await plots.locator(".legend .num[data-old]").getByText(/\(old: /).waitFor();
     for (const [, page] of all) await onMap(page, true);

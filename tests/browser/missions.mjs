@@ -51,7 +51,7 @@ await inBrowser(async (open) => {
   const cells = await row.locator("th, td").allTextContents();
   same(cells[0], "otter-0", "vessel");
   check(/^1\d\d m /.test(cells[3]), `distance: ${cells[3]}`);
-  same([cells[6], cells[7]], ["600", "7"], "detections and tags");
+  same(cells.slice(6), ["—", "600", "7", "—"], "energy, detections, tags and plans");
   await page.getByText("In the mission").waitFor();
   await page.getByText("For all").waitFor();
   same(await page.getByText("Before it").count(), 0, "a note of another time");
@@ -84,11 +84,16 @@ await inBrowser(async (open) => {
   // On a phone; watched by one press; in the list; withdrawn.
   await page.setViewportSize({ width: 390, height: 844 });
   await fits(page, "a mission on a phone");
+  check((await page.getByRole("region", { name: "Summary" }).evaluate((node) => node.scrollWidth - node.clientWidth)) <= 0, "all of the summary is in its cards");
   await page.getByRole("link", { name: "Replay otter-0" }).click();
   await page.waitForURL(new RegExp(`/vessels/${BOAT}\\?.*from=${from}&to=${Number(from) + 600_000_000}`));
   await page.goto(`${url}/missions`);
   await page.getByRole("link", { name: "Salmon, winter" }).waitFor();
   await fits(page, "missions on a phone");
+  await page.goto(`${url}/data`);
+  await page.getByRole("region", { name: "Missions" }).getByRole("link", { name: "Salmon, winter" }).waitFor();
+  await fits(page, "missions among the data on a phone");
+  await page.goto(`${url}/missions`);
   await look(page, "missions");
   await page.getByRole("link", { name: "Salmon, winter" }).click();
   await page.getByRole("button", { name: "Withdraw …" }).click();

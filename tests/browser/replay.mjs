@@ -103,6 +103,25 @@ await inBrowser(async (open) => {
     await badge("REPLAY");
     await page.waitForFunction(([time, place]) => document.querySelector(".replaybar .clock").textContent === time && document.querySelector(".here").textContent === place, shown);
 
+    // Twenty times as fast and over a slow link, nothing is struck that the vessel reported all the time.
+    const quarter = Math.round(fromUs + (toUs - fromUs) / 4);
+    await page.goto(url + address.replace(`t=${t}&speed=10`, `t=${quarter}&speed=20`).replace("&tab=Values", ""));
+    await badge("REPLAY");
+    const fresh = () => ["speed_mps", "heading_rad"].every((name) => !document.querySelector(`[data-tile="${name}"]`).hasAttribute("data-old"));
+    await page.waitForFunction(fresh);
+    await page.route("**/at?*", async (route) => {
+      await new Promise((late) => setTimeout(late, 400));
+      await route.continue();
+    });
+    await page.evaluate(`window.struck = 0; window.looks = setInterval(() => (window.struck += (${fresh})() ? 0 : 1), 20)`);
+    await button("Play").click();
+    await page.waitForFunction((until) => Date.parse(document.querySelector(".replaybar .clock").textContent.replace(" ", "T")) >= until, (quarter + (toUs - fromUs) / 2) / 1e3);
+    const struck = await page.evaluate("clearInterval(window.looks); window.struck");
+    // It may have come to the end by itself.
+    await button("−1 s, step back").click();
+    await page.unrouteAll({ behavior: "wait" });
+    check(struck === 0, `speed or heading was struck in ${struck} of the looks at a fast replay`);
+
     // CSV is what is shown.
     const link = plot.getByRole("link", { name: /Download CSV of EstimatedState u/ });
     await link.waitFor();

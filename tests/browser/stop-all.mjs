@@ -49,7 +49,7 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Enter");
   await page.getByText(/^STOP northern: stopped after \d+\.\d s\. Motors off, drifting\.$/).waitFor();
   await page.getByText(/^STOP unheard: NOT SENT YET\. No way leads to the vessel\./).waitFor();
-  await page.getByText(/^STOP southern: sent, but NO EFFECT SEEN in 8 s/).waitFor();
+  await page.getByText(/^STOP southern: sent, but NO EFFECT SEEN in 8 s; it reports: Executing maneuver\./).waitFor();
   check(new Set(asked.map((one) => /\d+(?=\/abort)/.exec(one)[0])).size === 3, `a request for each: ${asked}`);
   await look(page, "stop-all-told");
 

@@ -101,7 +101,7 @@ await inBrowser(async (open) => {
 
   // All entities with their state; the log book.
   await page.getByRole("tab", { name: "Entities" }).click();
-  await page.getByRole("row", { name: /Motor Port ● NORMAL/ }).waitFor();
+  await page.getByRole("row", { name: /Motor Port ● normal/ }).waitFor();
   await look(page, "vessel-entities");
   await page.getByRole("tab", { name: "Log book" }).click();
   await page.getByRole("row", { name: /warning .*square: the plan never ends by itself/ }).waitFor();

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { load } from "../testing/bundled.mjs";
 
-const { cardOf, inPlaces } = await load("state/card");
+const { alarmOf, cardOf, inPlaces } = await load("state/card");
 const { doing, progressText } = await load("state/doing");
 const { allToStop, press } = await load("state/stopall");
 const { controlLine, endsSoon_s } = await load("state/control");
@@ -66,6 +66,16 @@ test("a card of a vessel that nobody heard says so, and an alarm comes before th
   assert.ok(card.worst.quiet);
   const loud = cardOf(listed({ alarm: { priority: "emergency", says: [], text: "Grounding" } }), 5e6, true);
   assert.deepEqual(loud.worst, { text: "◆ emergency: Grounding", quiet: false });
+});
+
+test("a card says which alarm is active and which is over", () => {
+  const past = { vessel: 1, priority: "alarm", state: "returned", says: [], text: "Grounding" };
+  const active = { vessel: 1, priority: "warning", state: "acknowledged", says: [], text: "Camera" };
+  const other = { vessel: 2, priority: "emergency", state: "unacknowledged", says: [], text: "Grounding" };
+  assert.equal(cardOf(listed({ alarm: past }), 5e6, true).worst.text, "▲ alarm (over): Grounding");
+  assert.equal(alarmOf([other, past, active], 1), active, "what is wrong comes before what was");
+  assert.equal(alarmOf([other, past], 1), past);
+  assert.equal(alarmOf([other], 1), undefined);
 });
 
 test("cards keep their places, and new ones come last", () => {

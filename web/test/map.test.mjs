@@ -6,6 +6,8 @@ import { load } from "../testing/bundled.mjs";
 
 const { createClicks } = await load("map/clicks");
 const { over } = await load("map/layers");
+const { edges, HALF_NAME_PX, TOOLS_PX } = await load("map/edges");
+const { vesselLabel, vesselStyle } = await load("map/symbols");
 const { graticuleStep_deg, ringStep_m } = await load("map/scale");
 
 test("a click is taken once: by what is in hand, else by what lies there, else by the place", () => {
@@ -29,6 +31,25 @@ test("a click is taken once: by what is in hand, else by what lies there, else b
 
 test("nothing lies over a vessel", () => {
   for (const layer of ["route", "tags", "cursor", "own", "rings", "planMarks", "measure"]) assert.ok(over("vessel") > over(layer), layer);
+});
+
+test("what is brought into view lies under no tool, with its name", () => {
+  for (const width of [320, 390, 700, 1440]) {
+    const [above, right, below, left] = edges(width);
+    assert.ok(right >= TOOLS_PX + HALF_NAME_PX, `${width} px: ${right} px on the right`);
+    // Names stand below, over the words at the edge; the buttons on the left are 44 px wide.
+    assert.ok(above >= 50 && below >= 80 && left >= 53, `${width} px`);
+  }
+});
+
+test("a vessel keeps its name where a plan's places have theirs, and says how it is heard", () => {
+  const palette = { ink: "#000", halo: "#fff", series: ["#00f"], first: [] };
+  const system = { address: 1, name: "otter-1", liveness: "live", fix: { heading_rad: 1 } };
+  const { styles } = vesselStyle(system, palette, true);
+  const names = styles.flatMap((style) => (style.getText() ? [style.getText()] : []));
+  assert.deepEqual(names.map((text) => [text.getText(), text.getDeclutterMode()]), [["otter-1", "obstacle"]]);
+  assert.ok(styles.every((style) => !style.getImage() || style.getImage().getDeclutterMode() !== "declutter"), "and the vessel itself never gives way");
+  assert.deepEqual(["late", "stale", "lost"].map((liveness) => vesselLabel({ ...system, liveness })), ["otter-1", "otter-1 (stale)", "otter-1 (lost)"]);
 });
 
 test("range rings are at round distances that are not too near", () => {

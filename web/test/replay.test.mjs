@@ -6,6 +6,7 @@ import { load } from "../testing/bundled.mjs";
 
 const clock = await load("replay/clock");
 const then = await load("replay/then");
+const fleet = await load("state/fleet");
 const { csv } = await load("ui/csv");
 
 const range = { fromUs: 1_000e6, toUs: 1_100e6 };
@@ -61,6 +62,25 @@ const state = (time_us) => ({
 test("ages are those of the time itself, not since it came ashore", () => {
   const values = then.valuesThen({ time_us: 5e6, values: [state(4e6)], cut: false });
   assert.equal([...values.values()][0].received_us, 4e6);
+});
+
+test("a fast replay strikes no value while the next answer is under way, and all when it stays out", () => {
+  const { freshForS } = fleet;
+  for (const speed of [1, 10, 20, 100]) {
+    // Asked 150 ms after the answer before, over a link whose round trip takes half a second.
+    const [answeredUs, lateUs] = [1_000e6, 1_000e6 + 1.15e6 * speed];
+    const playing = { atUs: lateUs, speed, playing: true };
+    const asOf = then.agesCountTo(lateUs, answeredUs, playing);
+    assert.equal(asOf, answeredUs, `${speed} times`);
+    assert.ok((asOf - (answeredUs - 0.1e6)) / 1e6 < freshForS({ period_s: 0.1 }), "what was said ten times a second is no older");
+    const values = then.valuesThen({ time_us: answeredUs, values: [state(answeredUs - 0.1e6)], cut: false });
+    const place = { time_us: lateUs, lat_deg: 64, lon_deg: 11 };
+    assert.equal(then.systemThen(1, "otter", values, place, lateUs, asOf).fix.heading_rad, 1, "the bow stays on the map");
+    const hungUs = answeredUs + 2.5e6 * speed;
+    assert.equal(then.agesCountTo(hungUs, answeredUs, { ...playing, atUs: hungUs }), hungUs, "an answer that stays out makes values old");
+    assert.equal(then.agesCountTo(lateUs, answeredUs, { ...playing, playing: false }), lateUs, "what stands still is told of its own time");
+  }
+  assert.equal(then.agesCountTo(1_050e6, 1_000e6, null), 1_050e6, "what a plot points to too");
 });
 
 test("the vessel is where its track was, with its heading unless that is old", () => {

@@ -123,6 +123,11 @@ pub struct MissionVessel {
     pub battery_first_percent: Option<f64>,
     /// Its last charge (%).
     pub battery_last_percent: Option<f64>,
+    /// Energy taken from its batteries (Wh), by voltage and current of each that reports its charge; null if none reports all three.
+    /// Gaps of more than a minute do not count.
+    pub energy_wh: Option<f64>,
+    /// Names of the plans that it sailed, in the order in which they were begun first.
+    pub plans: Vec<String>,
     /// Detections.
     #[cfg_attr(test, ts(type = "number"))]
     pub detections: u64,

@@ -5,7 +5,9 @@ use super::tests::{Answer, Shore, bearer};
 use api::{Mission, MissionSummary, Missions, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
-use imc::messages::{EstimatedState, FuelLevel, TBRFishTag};
+use imc::messages::{
+    Current, EstimatedState, FuelLevel, PlanControlState, PlanControlStateState, TBRFishTag, Voltage,
+};
 use serde_json::{Value, json};
 
 /// 2026-11-21 08:00 UTC.
@@ -109,6 +111,22 @@ async fn the_history_tells_distance_hours_battery_and_tags_of_a_mission() {
         for (second, value) in [(1, 90.0), (300, 85.0), (599, 80.5)] {
             said.push((2, START_US + second * 1_000_000, FuelLevel { value, ..FuelLevel::default() }.into()));
         }
+        for second in 0..=600_i64 {
+            let time_us = START_US + second * 1_000_000;
+            said.push((2, time_us, Voltage { value: 24.0 }.into()));
+            said.push((2, time_us, Current { value: 15.0 }.into()));
+            // A rail of the electronics: what it takes is the battery's already.
+            said.push((4, time_us, Voltage { value: 12.0 }.into()));
+            said.push((4, time_us, Current { value: 2.0 }.into()));
+        }
+        use PlanControlStateState::{Executing, Ready};
+        for (second, state, plan_id) in
+            [(1, Ready, "old"), (5, Executing, "rows"), (6, Executing, "rows"), (9, Executing, "home")]
+        {
+            let plan_id = plan_id.into();
+            let plan = PlanControlState { state, plan_id, ..PlanControlState::default() };
+            said.push((5, START_US + second * 1_000_000, plan.into()));
+        }
         for (second, trans_id) in [(10, 101), (20, 102), (30, 101), (900, 103)] {
             let unix_timestamp = (START_US / 1_000_000 + second) as u32;
             let tag = TBRFishTag { unix_timestamp, trans_id, ..TBRFishTag::default() };
@@ -129,8 +147,12 @@ async fn the_history_tells_distance_hours_battery_and_tags_of_a_mission() {
     assert!((otter.recorded_s - 600.0).abs() < 1e-6, "{}", otter.recorded_s);
     assert_eq!((otter.first_us, otter.last_us), (Some(START_US), Some(START_US + 600_000_000)));
     assert_eq!((otter.battery_first_percent, otter.battery_last_percent), (Some(90.0), Some(80.5)));
+    // 24 V and 15 A for ten minutes: 60 Wh.
+    assert!((otter.energy_wh.unwrap() - 60.0).abs() < 1e-6, "{:?}", otter.energy_wh);
+    assert_eq!(otter.plans, ["rows", "home"], "those that it sailed");
     assert_eq!((otter.detections, otter.tags), (3, 2), "those of its time");
     assert_eq!((other.first_us, other.distance_m, other.battery_first_percent), (None, 0.0, None));
+    assert_eq!((other.energy_wh, other.plans.len()), (None, 0));
     // While it has not ended, it is summarised up to now.
     let open = created(&shore, &operator, ask(&[OTTER], START_US + 700_000_000, None)).await;
     let told = shore.get(&format!("/api/v1/missions/{}/summary", open.id), &operator).await;

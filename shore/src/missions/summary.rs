@@ -2,18 +2,23 @@
 
 use api::MissionVessel;
 use imc::Address;
+use imc::messages::PlanControlStateState;
 use std::collections::BTreeSet;
-use store::{DetectionsWanted, Order, Page, Reader, Source, TimeRange};
+use store::{Cell, DetectionsWanted, Order, Page, Reader, Samples, Source, TimeRange};
 use units::{Ecef, Geodetic};
 
 /// Positions are thinned to one in each such span (µs).
 const STEP_US: i64 = 1_000_000;
 /// More time than this between positions is a gap (µs).
 const GAP_US: i64 = 60_000_000;
-/// Positions that are read at once: about two hours of them.
-const POSITIONS: usize = 72_000;
-/// Detections that are read at once.
-const DETECTIONS: Page = Page { skip: 0, rows: 5_000, bytes: 1 << 20 };
+/// Samples of one series that are read at once: about two hours of positions.
+const SAMPLES: usize = 72_000;
+/// Detections, and states of plans, that are read at once.
+const ROWS: Page = Page { skip: 0, rows: 5_000, bytes: 1 << 20 };
+/// Plans that are named.
+const PLANS: usize = 100;
+/// Microseconds in an hour.
+const HOUR_US: f64 = 3.6e9;
 
 /// The summary of a vessel.
 ///
@@ -38,6 +43,8 @@ pub(super) fn of_vessel(reader: &mut Reader, vessel: u16, range: TimeRange) -> s
         told.battery_first_percent = levels.first().map(|level| level.first);
         told.battery_last_percent = levels.last().map(|level| level.last);
     }
+    told.energy_wh = energy_wh(reader, system, range)?;
+    told.plans = plans(reader, system, range)?;
     (told.detections, told.tags) = heard(reader, system, range)?;
     Ok(told)
 }
@@ -98,7 +105,7 @@ pub(super) fn distance_m(from: (f64, f64), to: (f64, f64)) -> f64 {
 fn way(reader: &mut Reader, source: &Source, range: TimeRange) -> store::Result<Way> {
     let (mut way, mut rest) = (Way::default(), range);
     loop {
-        let found = reader.samples(source, &["true_lat_deg", "true_lon_deg"], rest, POSITIONS)?;
+        let found = reader.samples(source, &["true_lat_deg", "true_lon_deg"], rest, SAMPLES)?;
         let [lat, lon] = &found.values[..] else { return Ok(way) };
         for ((time_us, lat), lon) in found.time_us.iter().zip(lat).zip(lon) {
             way.add(*time_us, (*lat, *lon));
@@ -109,11 +116,110 @@ fn way(reader: &mut Reader, source: &Source, range: TimeRange) -> store::Result<
     }
 }
 
+/// Energy taken from all batteries (Wh). A battery is what reports charge, voltage and current.
+fn energy_wh(reader: &mut Reader, system: Address, range: TimeRange) -> store::Result<Option<f64>> {
+    let series = reader.series(Some(system))?;
+    let reporting = |message: &str| -> BTreeSet<u8> {
+        let of = series.iter().filter(|series| series.message == Some(message) && series.dated.count > 0);
+        of.map(|series| series.group.src_ent).collect()
+    };
+    let [charge, voltage, current] = ["FuelLevel", "Voltage", "Current"].map(reporting);
+    let mut sum = None;
+    for entity in charge.into_iter().filter(|entity| voltage.contains(entity) && current.contains(entity)) {
+        if let Some(wh) = drawn_wh(reader, system, entity, range)? {
+            sum = Some(sum.unwrap_or(0.0) + wh);
+        }
+    }
+    Ok(sum)
+}
+
+/// Energy taken from one battery (Wh); `None` where it did not report in the range.
+fn drawn_wh(
+    reader: &mut Reader,
+    system: Address,
+    entity: u8,
+    range: TimeRange,
+) -> store::Result<Option<f64>> {
+    let of = |message: &str| Source { system, entity, message: message.to_owned() };
+    let (voltage, current) = (of("Voltage"), of("Current"));
+    let (mut drawn, mut rest) = (Drawn::default(), range);
+    loop {
+        let volts = reader.samples(&voltage, &["value"], rest, SAMPLES)?;
+        let amps = reader.samples(&current, &["value"], rest, SAMPLES)?;
+        // Where one of them is cut, both count up to there.
+        let cut = [&volts, &amps].into_iter().filter(|of| of.cut).filter_map(|of| of.time_us.last()).min();
+        drawn.add(&volts, &amps, cut.map_or(range.to_us, |last_us| last_us + 1));
+        let Some(last_us) = cut else { return Ok(drawn.any.then_some(drawn.wh)) };
+        rest.from_us = last_us + 1;
+    }
+}
+
+/// The energy that flowed, by samples of voltage and current in order of time: the power of a sample holds until the next.
+#[derive(Debug, Default)]
+pub(super) struct Drawn {
+    pub(super) wh: f64,
+    /// Whether any power was known.
+    pub(super) any: bool,
+    volts: Option<f64>,
+    /// Time and power (W) of the last sample of the current.
+    before: Option<(i64, f64)>,
+}
+
+impl Drawn {
+    /// Takes further samples, those before `until_us`.
+    pub(super) fn add(&mut self, volts: &Samples, amps: &Samples, until_us: i64) {
+        let pairs = |of: &Samples| -> Vec<(i64, f64)> {
+            let values = of.values.first().into_iter().flatten().copied();
+            let pairs = of.time_us.iter().copied().zip(values);
+            pairs.filter(|(time_us, value)| *time_us < until_us && value.is_finite()).collect()
+        };
+        let mut volts = pairs(volts).into_iter().peekable();
+        for (time_us, amps) in pairs(amps) {
+            while let Some((_, value)) = volts.next_if(|(at_us, _)| *at_us <= time_us) {
+                self.volts = Some(value);
+            }
+            if let Some((before_us, watts)) = self.before
+                && time_us - before_us <= GAP_US
+            {
+                self.wh += watts * (time_us - before_us) as f64 / HOUR_US;
+            }
+            self.before = self.volts.map(|volts| (time_us, volts * amps));
+            self.any |= self.before.is_some();
+        }
+        self.volts = volts.last().map(|(_, value)| value).or(self.volts);
+    }
+}
+
+/// Names of the plans that were sailed, in the order in which they were begun first.
+fn plans(reader: &mut Reader, system: Address, range: TimeRange) -> store::Result<Vec<String>> {
+    let mut names = Vec::new();
+    let Some(source) = most_said(reader, system, "PlanControlState", |_| true)? else { return Ok(names) };
+    let sails = Cell::Integer(i64::from(PlanControlStateState::Executing.value()));
+    let (mut rest, mut page) = (range, ROWS);
+    loop {
+        let found = reader.rows(&source, &["state", "plan_id"], rest, page)?;
+        for row in &found.items {
+            let [state, name] = &row.cells[..] else { continue };
+            let name = name.as_text().unwrap_or_default();
+            if *state == sails
+                && !name.is_empty()
+                && names.len() < PLANS
+                && !names.iter().any(|known| known == name)
+            {
+                names.push(name.to_owned());
+            }
+        }
+        let Some(next) = found.next else { return Ok(names) };
+        rest.from_us = next.time_us;
+        page.skip = next.skip;
+    }
+}
+
 /// Number of detections and of tags.
 fn heard(reader: &mut Reader, system: Address, range: TimeRange) -> store::Result<(u64, u64)> {
     let mut wanted =
         DetectionsWanted { systems: Some(vec![system]), range, came_from: None, tags: Vec::new() };
-    let (mut count, mut tags, mut page) = (0, BTreeSet::new(), DETECTIONS);
+    let (mut count, mut tags, mut page) = (0, BTreeSet::new(), ROWS);
     loop {
         let found = reader.detections_of(&wanted, Order::Oldest, page)?;
         count += found.items.len() as u64;

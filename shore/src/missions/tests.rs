@@ -1,5 +1,5 @@
 use super::rows::{Change, Create, List, One, Withdraw};
-use super::summary::{Way, distance_m};
+use super::summary::{Drawn, Way, distance_m};
 use crate::identity::{Fault, Request as _, migrated};
 use api::MissionRequest;
 use sqlx::SqliteConnection;
@@ -54,6 +54,33 @@ async fn missions_are_found_by_vessel_and_kept_when_changed_or_withdrawn() {
     change(2).run(db).await.unwrap_err();
     assert_eq!(names(db, List::default()).await, ["both", "autumn"]);
     assert_eq!(names(db, List { withdrawn: true, ..List::default() }).await.len(), 3);
+}
+
+#[test]
+fn energy_is_what_flowed_while_it_was_reported() {
+    let of = |samples: &[(i64, f64)]| store::Samples {
+        time_us: samples.iter().map(|(second, _)| second * 1_000_000).collect(),
+        values: vec![samples.iter().map(|(_, value)| *value).collect()],
+        cut: false,
+    };
+    // Half a minute at 24 V and 10 A, half a minute at 24 V and 20 A; then an hour of silence, of which nothing is known.
+    let (volts, amps) =
+        (of(&[(0, 24.0), (3_660, 24.0)]), of(&[(0, 10.0), (30, 20.0), (60, 5.0), (3_660, 5.0)]));
+    let mut whole = Drawn::default();
+    whole.add(&volts, &amps, i64::MAX);
+    assert!((whole.wh - 6.0).abs() < 1e-9, "{}", whole.wh);
+    // Read in two parts it is the same.
+    let mut parts = Drawn::default();
+    parts.add(&volts, &amps, 31_000_000);
+    parts.add(&of(&[(3_660, 24.0)]), &of(&[(60, 5.0), (3_660, 5.0)]), i64::MAX);
+    assert!((parts.wh - 6.0).abs() < 1e-9, "{}", parts.wh);
+    // A current without a voltage says nothing, and charging counts back.
+    let mut unknown = Drawn::default();
+    unknown.add(&of(&[]), &amps, i64::MAX);
+    assert!(!unknown.any);
+    let mut charging = Drawn::default();
+    charging.add(&volts, &of(&[(0, -10.0), (60, 0.0)]), i64::MAX);
+    assert!((charging.wh + 4.0).abs() < 1e-9, "{}", charging.wh);
 }
 
 #[test]

@@ -111,7 +111,10 @@ impl Ledger {
             if lost > record.lost {
                 let more = lost - record.lost;
                 tracing::warn!(%transport, more, lost, "packets were lost: they came faster than they were taken");
-                let what = say("{n} packets came faster than they were taken and are lost").with("n", more);
+                let what = match more {
+                    1 => say("1 packet came faster than it was taken and is lost"),
+                    _ => say("{n} packets came faster than they were taken and are lost").with("n", more),
+                };
                 record.error = Some(self.happened(Whose::Transport, what));
             }
             record.lost = lost;
@@ -156,5 +159,9 @@ mod tests {
         ledger.lost(Transport::Udp, 37);
         let record = ledger.of(Transport::Udp);
         assert!(record.lost == 37 && record.error.unwrap().what.starts_with("37 packets came faster"));
+        ledger.lost(Transport::Udp, 38);
+        assert!(
+            ledger.of(Transport::Udp).error.unwrap().what.starts_with("1 packet came faster than it was")
+        );
     }
 }

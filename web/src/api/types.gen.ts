@@ -2605,6 +2605,15 @@ battery_first_percent: number | null,
  */
 battery_last_percent: number | null, 
 /**
+ * Energy taken from its batteries (Wh), by voltage and current of each that reports its charge; null if none reports all three.
+ * Gaps of more than a minute do not count.
+ */
+energy_wh: number | null, 
+/**
+ * Names of the plans that it sailed, in the order in which they were begun first.
+ */
+plans: Array<string>, 
+/**
  * Detections.
  */
 detections: number, 

@@ -112,7 +112,7 @@ function ShareForm({ links, version }: { readonly links: Links; readonly version
   return (
     <form class="note-form" aria-label={t("Make a link")} noValidate onSubmit={(event) => void form.submit(event)}>
       <div class="filters">
-        {field("label", t("For whom"), (marks) => line("label", marks, { maxLength: 100 }))}
+        {field("label", t("Recipient"), (marks) => line("label", marks, { maxLength: 100 }))}
         {field("days", t("Days until it ends"), (marks) => line("days", marks, { inputMode: "numeric" }))}
         {field("person", t("Only for this account (empty for anyone with the address)"), (marks) => line("person", marks, { maxLength: 64, spellcheck: false, autocapitalize: "none" }))}
         {field("password", t("Password (empty for none)"), (marks) => line("password", marks, { spellcheck: false, autocapitalize: "none" }))}
@@ -142,7 +142,7 @@ function Table({ links, all }: { readonly links: Links; readonly all: readonly D
   return (
     <div class="wide" tabIndex={0} role="region" aria-label={t("Links")}>
       <table class="compact">
-        <thead><tr>{[t("For whom"), t("What it gives"), t("Version"), t("State"), t("Used"), ""].map((head, at) => <th key={at} scope="col">{head}</th>)}</tr></thead>
+        <thead><tr>{[t("Recipient"), t("What it gives"), t("Version"), t("State"), t("Used"), ""].map((head, at) => <th key={at} scope="col">{head}</th>)}</tr></thead>
         <tbody>
           {all.map((one) => [
             <tr key={one.id}>

@@ -3,7 +3,7 @@
 import type { Detection } from "../api/types.gen";
 import { tagSeries } from "../state/tags";
 import { tagName, utc } from "../ui/format";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 
 export interface TagTimes {
   readonly tag: string;
@@ -40,7 +40,7 @@ export function Times({ groups }: { readonly groups: readonly TagTimes[] }) {
         {shown.map(({ tag, id, all }) => (
           <li key={tag}>
             <span class="num">{tag}</span>
-            <svg viewBox={`-4 0 ${WIDTH + 8} ${ROW}`} preserveAspectRatio="none" data-tick={tagSeries(id)} role="img" aria-label={t("{tag}: {n} times, {first} to {last}", { tag, n: all.length, first: utc(Math.min(...all)), last: utc(Math.max(...all)) })}>
+            <svg viewBox={`-4 0 ${WIDTH + 8} ${ROW}`} preserveAspectRatio="none" data-tick={tagSeries(id)} role="img" aria-label={tn(all.length, "{tag}: {n} time, {first} to {last}", "{tag}: {n} times, {first} to {last}", { tag, first: utc(Math.min(...all)), last: utc(Math.max(...all)) })}>
               <path d={[...new Set(all.map(x))].map((at) => `M${at} 3v${ROW - 6}`).join("")} />
             </svg>
           </li>

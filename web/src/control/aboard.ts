@@ -5,7 +5,7 @@ import type { PlanAboard, PlansAboard } from "../api/types.gen";
 import { asCards } from "../ui/cards";
 import { make, setAttribute, setText } from "../ui/dom";
 import { utc } from "../ui/format";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 import { type Giving, saidOf } from "./giving";
 
 export class PlansOfVessel {
@@ -45,7 +45,7 @@ export class PlansOfVessel {
     try {
       const given = (await giving.orders.ask({ kind: "plan.get", plan_id: plan })).plan;
       giving.say("");
-      const lines = [t("Vessel: {name}", { name }), t("Plan: {plan}, {n} maneuvers", { plan, n: given?.maneuvers ?? "?" }), t("Digest: {md5}", { md5: given?.md5 ?? md5 }), giving.leg(given?.first_deg), t("The current plan or order will be cancelled.")];
+      const lines = [t("Vessel: {name}", { name }), given ? tn(given.maneuvers, "Plan: {plan}, {n} maneuver", "Plan: {plan}, {n} maneuvers", { plan }) : t("Plan: {plan}", { plan }), t("Digest: {md5}", { md5: given?.md5 ?? md5 }), giving.leg(given?.first_deg), t("The current plan or order will be cancelled.")];
       giving.confirm.ask(t("Start {plan} on {name}?", { plan, name }), lines, t("Start {plan}", { plan }), () => void giving.give({ kind: "plan.start", plan_id: plan }));
     } catch (error) {
       giving.say("");

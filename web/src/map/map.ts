@@ -11,6 +11,7 @@ import { systemName } from "../ui/format";
 import { t } from "../words/words";
 import { type ChartOnMap, createChart } from "./chart/chart";
 import { type Clicks, createClicks } from "./clicks";
+import { edges } from "./edges";
 import { createFollow, type Follow } from "./follow";
 import { controls, type Wheel, wheelOn } from "./frame";
 import { Graticule } from "./graticule";
@@ -25,11 +26,6 @@ import { VesselsOnMap } from "./vessels";
 
 /** Where the map is until something is known. */
 const NOWHERE = fromLonLat([10.4, 63.44]);
-/** What lies under buttons and words at the edges is not in view, px: above, right, below, left. */
-const EDGES = [70, 70, 60, 70];
-const EDGES_NARROW = [50, 66, 70, 62];
-/** A map that is narrower has less room between the edges, px. */
-const NARROW = 560;
 
 export interface FleetMap {
   readonly overlays: Overlays;
@@ -153,7 +149,7 @@ class MapOfFleet implements FleetMap {
   showAll(): void {
     const vessels = this.last.systems.flatMap((system) => (system.fix ? [fromLonLat([system.fix.lon_deg, system.fix.lat_deg])] : []));
     const places = [...vessels, ...this.vessels.trackCoordinates()];
-    if (places.length) this.ol.getView().fit(boundingExtent(places), { padding: this.root.clientWidth < NARROW ? EDGES_NARROW : EDGES, maxZoom: 16, duration: 0 });
+    if (places.length) this.ol.getView().fit(boundingExtent(places), { padding: edges(this.root.clientWidth), maxZoom: 16, duration: 0 });
   }
 
   dispose(): void {

@@ -10,6 +10,7 @@ import type { PlanPlace, PlanUnderWay } from "../api/types.gen";
 import { over } from "./layers";
 import type { FleetMap } from "./map";
 import { CANVAS_FONT } from "./palette";
+import { NAMES } from "./symbols";
 
 /** Of longer routes the names would hide the route. */
 const MOST_NAMES = 40;
@@ -21,7 +22,7 @@ export interface Route {
 
 export function createRoute(map: FleetMap): Route {
   const source = new VectorSource();
-  const layer = new VectorLayer({ source, zIndex: over("route"), style: (feature) => styleOf(feature as Feature) });
+  const layer = new VectorLayer({ source, zIndex: over("route"), declutter: NAMES, style: (feature) => styleOf(feature as Feature) });
   map.ol.addLayer(layer);
   map.onRepaint(() => layer.changed());
   const styleOf = (feature: Feature): Style[] => {
@@ -30,9 +31,9 @@ export function createRoute(map: FleetMap): Route {
     const colour = series[0] ?? ink;
     const name = feature.get("name") as string | undefined;
     if (name !== undefined) {
-      const image = new Circle({ radius: now ? 8 : 5, fill: new Fill({ color: now ? colour : halo }), stroke: new Stroke({ color: now ? ink : colour, width: 2 }) });
+      const image = new Circle({ radius: now ? 8 : 5, fill: new Fill({ color: now ? colour : halo }), stroke: new Stroke({ color: now ? ink : colour, width: 2 }), declutterMode: "none" });
       const text = new Text({ text: name, font: `${now ? 700 : 500} 13px ${CANVAS_FONT}`, offsetY: -16, overflow: true, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) });
-      return [new Style({ image, text, zIndex: now ? 4 : 3 })];
+      return [new Style({ image, zIndex: now ? 4 : 3 }), new Style({ text, zIndex: now ? 3 : 4 })];
     }
     const stroke = now ? new Stroke({ color: colour, width: 4 }) : new Stroke({ color: colour, width: 2, lineDash: [7, 6] });
     return [new Style({ stroke: new Stroke({ color: halo, width: now ? 8 : 5 }), zIndex: 0 }), new Style({ stroke, zIndex: now ? 2 : 1 })];

@@ -4,7 +4,14 @@ import { Circle, Fill, RegularShape, Stroke, Style, Text } from "ol/style";
 import type { System } from "../api/types.gen";
 import { tagSeries } from "../state/tags";
 import { systemName } from "../ui/format";
+import { t } from "../words/words";
 import { CANVAS_FONT, type Palette, seriesColour } from "./palette";
+
+/** What stands behind the name of a vessel that is not heard. */
+const NOT_HEARD: Readonly<Record<string, string>> = { stale: t("stale"), lost: t("lost") };
+
+/** Layers whose names make room for each other: those of a layer above go first. */
+export const NAMES = "names";
 
 /** How a vessel looks: a hull that points where the vessel does, hollow when its position is old. */
 export interface VesselStyle {
@@ -19,7 +26,8 @@ export function vesselStyle(system: System, palette: Palette, selected: boolean)
   const fill = new Fill({ color: old ? "rgba(0, 0, 0, 0)" : colour });
   const circle = (system.fix?.heading_rad ?? null) === null;
   const label = new Text({
-    text: systemName(system) + (old ? ` (${system.liveness})` : ""),
+    text: vesselLabel(system),
+    declutterMode: "obstacle",
     font: `600 13px ${CANVAS_FONT}`,
     offsetY: 22,
     fill: new Fill({ color: palette.ink }),
@@ -28,11 +36,11 @@ export function vesselStyle(system: System, palette: Palette, selected: boolean)
   const halo = new Stroke({ color: palette.halo, width: 5 });
   const edge = new Stroke({ color: old ? colour : palette.ink, width: old ? 2.5 : 1.5 });
   const hulls = [halo, edge].map((stroke) =>
-    circle ? new Circle({ radius: 7, fill, stroke }) : new RegularShape({ points: 3, radius: 12, scale: [0.72, 1.15], rotateWithView: true, fill, stroke }),
+    circle ? new Circle({ radius: 7, fill, stroke, declutterMode: "obstacle" }) : new RegularShape({ points: 3, radius: 12, scale: [0.72, 1.15], rotateWithView: true, fill, stroke, declutterMode: "obstacle" }),
   );
-  const styles = hulls.map((image, index) => (index === 0 ? new Style({ image }) : new Style({ image, text: label })));
+  const styles = [...hulls.map((image) => new Style({ image })), new Style({ text: label })];
   if (selected) {
-    styles.unshift(new Style({ image: new Circle({ radius: 19, stroke: new Stroke({ color: palette.ink, width: 2, lineDash: [5, 4] }) }) }));
+    styles.unshift(new Style({ image: new Circle({ radius: 19, stroke: new Stroke({ color: palette.ink, width: 2, lineDash: [5, 4] }), declutterMode: "none" }) }));
   }
   return {
     styles,
@@ -40,6 +48,12 @@ export function vesselStyle(system: System, palette: Palette, selected: boolean)
       for (const hull of hulls) hull.setRotation(heading_rad);
     },
   };
+}
+
+/** Its name, and how it is heard where that is not as it should be. */
+export function vesselLabel(system: Pick<System, "address" | "name" | "liveness">): string {
+  const told = NOT_HEARD[system.liveness];
+  return told ? `${systemName(system)} (${told})` : systemName(system);
 }
 
 /** Where the vessel will be in a minute if it goes on like this. */

@@ -12,7 +12,7 @@ import { placeAt, pointsUntil } from "../state/track";
 import { systemName } from "../ui/format";
 import { over } from "./layers";
 import type { Palette } from "./palette";
-import { aheadStyle, courseStyle, ringStyle, trackStyle, type VesselStyle, vesselStyle } from "./symbols";
+import { aheadStyle, courseStyle, NAMES, ringStyle, trackStyle, type VesselStyle, vesselStyle } from "./symbols";
 
 /** The course vector shows so many seconds ahead. */
 const AHEAD_S = 60;
@@ -65,7 +65,7 @@ export class VesselsOnMap {
   constructor(private readonly map: OlMap, private readonly palette: () => Palette) {
     map.addLayer(new VectorImageLayer({ source: this.tracks, zIndex: over("track"), imageRatio: TRACK_RATIO }));
     map.addLayer(new VectorLayer({ source: this.tails, zIndex: over("tail"), updateWhileAnimating: true, updateWhileInteracting: true }));
-    map.addLayer(new VectorLayer({ source: this.moving, zIndex: over("vessel"), updateWhileAnimating: true, updateWhileInteracting: true }));
+    map.addLayer(new VectorLayer({ source: this.moving, zIndex: over("vessel"), declutter: NAMES, updateWhileAnimating: true, updateWhileInteracting: true }));
   }
 
   update(systems: readonly System[], selected: number | undefined, nowUs: number): void {

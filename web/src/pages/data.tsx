@@ -2,18 +2,21 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { render } from "preact";
-import type { ExportSize, Import, Recorded, RecordedDay } from "../api/types.gen";
+import type { ExportSize, Import, Missions, Recorded, RecordedDay } from "../api/types.gen";
 import { type Resource, resource } from "../api/resource";
+import { MissionTable } from "../components/missiontable";
 import { Recorded as RecordedDays } from "../components/recorded";
 import { Spans, TimeSpan } from "../components/timespan";
 import { bytesText, canPack, fieldOf, fileOf, hasRows, type Kind, KINDS, logBytes, picked, sizeOf, type Wanted, wrongOf } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
-import { utc } from "../ui/format";
+import { hexAddress, utc } from "../ui/format";
 import { IMPORT_STATES } from "../state/imports";
 import { count, t } from "../words/words";
 
 /** After the last change of the form the size is asked for, ms. */
 const REST_MS = 350;
+/** Missions that are listed here. */
+const MISSIONS = 10;
 
 /** What the page knows of what is recorded, and what is wanted of it. */
 class TakeOut {
@@ -76,6 +79,7 @@ function Size({ out: { wrong, kind, days, wanted, size, gzip, form } }: Part) {
   if (size.busy.value || !size.value.value) return <p role="status">{t("Looking how large it will be …")}</p>;
   const { rows, bytes } = size.value.value;
   if (rows === 0) return <p role="status">{t("No rows in this time: the file will have its header only.")}</p>;
+  if (rows === 1) return <p role="status">{t("One row.")}</p>;
   // The size is that of the text.
   if (form.value === "parquet") return <p role="status">{t("{n} rows.", { n: count(rows) })}</p>;
   const about = { n: count(rows), size: bytesText(bytes) };
@@ -187,15 +191,30 @@ function Days({ out: { days, called, choose }, may }: Part & { readonly may: boo
   );
 }
 
+/** The newest missions: what belongs to one is taken away on its own page. */
+function RecordedMissions({ missions, called }: { readonly missions: Resource<Missions>; called(address: number): string }) {
+  const all = missions.value.value?.missions;
+  return (
+    <section>
+      <h2>{t("Missions")}</h2>
+      {missions.trouble.value && <p class="bad-text" role="alert">{missions.trouble.value}</p>}
+      {all?.length ? <MissionTable missions={all} called={called} /> : all && <p>{t("No missions yet.")}</p>}
+      <p><a href="/missions">{t("All missions")}</a></p>
+    </section>
+  );
+}
+
 export function startData(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
   const [may, admin] = [root.dataset["researcher"] !== undefined, root.dataset["admin"] !== undefined];
-  const [out, imports] = [new TakeOut(names), resource<Import[]>()];
+  const [out, imports, missions] = [new TakeOut(names), resource<Import[]>(), resource<Missions>()];
+  const called = (system: number): string => out.called({ system, name: out.vessels.value.find(([address]) => address === system)?.[1] ?? hexAddress(system) });
   if (may) out.follow();
   const Page = () => (
     <>
       {may ? <section id="take-out"><h2>{t("Download")}</h2><Form out={out} /></section> : <p class="note">{t("Downloading data needs the role researcher; an admin gives it.")}</p>}
       <Days out={out} may={may} />
+      <RecordedMissions missions={missions} called={called} />
       {admin && <Imports imports={imports} />}
     </>
   );
@@ -204,5 +223,6 @@ export function startData(root: HTMLElement): void {
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
   void out.days.ask("/api/v1/recorded/days");
   void out.recorded.ask("/api/v1/recorded");
+  void missions.ask(`/api/v1/missions?limit=${MISSIONS}`);
   if (admin) void imports.ask("/api/v1/import");
 }

@@ -120,7 +120,7 @@ function Found({ heard, called }: { readonly heard: Heard; readonly called: Call
           <Times groups={groups.value.filter(({ tag }) => !hidden.value.has(tag))} />
         </section>
       </div>
-      {picked.value && <p class="row">{t("{n} detections at the place on the map.", { n: listed.value.length })}{" "}<button type="button" onClick={() => (picked.value = undefined)}>{t("Show all")}</button></p>}
+      {picked.value && <p class="row">{tn(listed.value.length, "{n} detection at the place on the map.", "{n} detections at the place on the map.")}{" "}<button type="button" onClick={() => (picked.value = undefined)}>{t("Show all")}</button></p>}
       <Table rows={listed.value} called={called} registered={(one) => calledBy(heard.names.value, one)} />
     </>
   );
@@ -178,16 +178,16 @@ function Table({ rows, called, registered }: { readonly rows: readonly Detection
   const heads = [t("Heard (UTC)"), t("Tag"), t("Registered as"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock"), t("Check")];
   return (
     <div class="wide" tabIndex={0} role="region" aria-label={t("Detections")}>
-      <table class="compact">
-        <thead><tr>{heads.map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
-        <tbody>
+      <table class="compact lines" role="table">
+        <thead role="rowgroup"><tr role="row">{heads.map((head) => <th key={head} scope="col" role="columnheader">{head}</th>)}</tr></thead>
+        <tbody role="rowgroup">
           {rows.map((one) => (
-            <tr key={keyOf(one)}>
-              <td class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
-              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{registered(one)}</td><td class="whole">{called(one.system)}</td><td>{receiverName(one)}</td><td>{one.snr_db ?? ""}</td><td>{one.data ?? ""}</td>
-              <td class="whole">{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
-              <td>{clockWord(one.clock)}</td>
-              <td>{one.flags?.map((flag) => flagReason(flag)).join(" ") ?? t("not known")}</td>
+            <tr key={keyOf(one)} role="row">
+              <td role="cell" class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
+              <td role="cell" data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td role="cell">{registered(one)}</td><td role="cell" class="whole">{called(one.system)}</td><td role="cell" data-name={heads[4]}>{receiverName(one)}</td><td role="cell" data-name={heads[5]}>{one.snr_db ?? ""}</td><td role="cell" data-name={heads[6]}>{one.data ?? ""}</td>
+              <td role="cell" class="whole">{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
+              <td role="cell" data-name={heads[8]}>{clockWord(one.clock)}</td>
+              <td role="cell" class="text">{one.flags?.map((flag) => flagReason(flag)).join(" ") ?? t("not known")}</td>
             </tr>
           ))}
         </tbody>

@@ -5,6 +5,7 @@ import type { System, TrackPoint } from "../api/types.gen";
 import { createPlansUnderWay } from "../api/underway";
 import { createMap, type FleetMap } from "../map/map";
 import { told } from "../state/alarms";
+import { alarmOf } from "../state/card";
 import { runs } from "../state/doing";
 import { asSeen, EMPTY, type FleetState, placeCameUs, placeIsOld, serverNowUs } from "../state/fleet";
 import { type Listed, unheard } from "../state/order";
@@ -149,7 +150,7 @@ class FleetPage {
       vitals: read,
       worst: worst(parts),
       parts: partsInWords(parts),
-      alarm: told(chrome.alarms()).find((one) => one.vessel === system.address),
+      alarm: alarmOf(told(chrome.alarms()), system.address),
       legs: this.underWay.legs(system.address, runs(read.plan) ? read.plan.note : ""),
     };
   }

@@ -6,7 +6,7 @@ import type { Import, Recorded } from "../api/types.gen";
 import { make, setText } from "../ui/dom";
 import { hexAddress, utc } from "../ui/format";
 import { IMPORT_STATES } from "../state/imports";
-import { t, withWords, worded } from "../words/words";
+import { t, tn, withWords, worded } from "../words/words";
 
 /** The server is asked how far it is so often, ms. */
 const AGAIN_MS = 1_000;
@@ -89,7 +89,7 @@ async function list(root: HTMLElement): Promise<void> {
     const head = make("tr");
     for (const name of [t("File"), t("Who"), t("When"), t("State"), t("Packets"), t("New"), t("Said")]) head.append(make("th", { scope: "col" }, name));
     const rows = imports.map((one) => {
-      const damaged = one.damaged_bytes ? [t("{n} bytes are not packets", { n: one.damaged_bytes })] : [];
+      const damaged = one.damaged_bytes ? [tn(one.damaged_bytes, "{n} byte is not a packet", "{n} bytes are not packets")] : [];
       const cells = [one.name, one.person, utc(one.since_us), IMPORT_STATES[one.state], String(one.packets), String(one.added), [...one.problems.map(worded), ...damaged].join("; ")];
       const cancel = one.state === "running" ? [cancelButton(one)] : [];
       return make("tr", { "data-import": one.state }, ...cells.map((text, index) => make("td", index === 2 || index === 4 || index === 5 ? { class: "num" } : {}, text, ...(index === 3 ? cancel : []))));

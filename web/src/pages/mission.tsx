@@ -9,6 +9,7 @@ import { MissionForm } from "../components/missionform";
 import { NoteList } from "../components/notelist";
 import { hoursText, type MissionDraft, missionAsk, missionDraft, missionFile, notesOf, replayOf, trackFile } from "../state/missions";
 import { fieldOf, type Wrong } from "../state/notes";
+import { asCards } from "../ui/cards";
 import { createChrome } from "../ui/chrome";
 import { distance, hexAddress, utc } from "../ui/format";
 import { count, t } from "../words/words";
@@ -205,23 +206,25 @@ function withOwn(vessels: readonly (readonly [number, string])[], own: readonly 
 }
 
 function VesselTable({ vessels, called }: { readonly vessels: readonly MissionVessel[]; readonly called: (address: number) => string }) {
-  const heads = [t("Vessel"), t("First position (UTC)"), t("Last position (UTC)"), t("Distance"), t("Recorded"), t("Battery"), t("Detections"), t("Tags")];
+  const heads = [t("Vessel"), t("First position (UTC)"), t("Last position (UTC)"), t("Distance"), t("Recorded"), t("Battery"), t("Energy"), t("Detections"), t("Tags"), t("Plans")];
   const percent = (value: number | null): string => (value === null ? "—" : `${value.toFixed(0)} %`);
   return (
     <div class="wide" tabIndex={0} role="region" aria-label={t("Summary")}>
-      <table class="compact">
+      <table class="compact" ref={(table) => void (table && asCards(table))}>
         <thead><tr>{heads.map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
         <tbody>
           {vessels.map((one) => (
             <tr key={one.vessel}>
               <th scope="row">{called(one.vessel)}</th>
-              <td class="num">{one.first_us === null ? t("none") : utc(one.first_us)}</td>
-              <td class="num">{one.last_us === null ? t("none") : utc(one.last_us)}</td>
-              <td class="num">{one.first_us === null ? "—" : distance(one.distance_m)}</td>
-              <td class="num">{one.first_us === null ? "—" : hoursText(one.recorded_s)}</td>
-              <td class="num">{one.battery_first_percent === null ? "—" : t("{from} to {to}", { from: percent(one.battery_first_percent), to: percent(one.battery_last_percent) })}</td>
-              <td class="num">{count(one.detections)}</td>
-              <td class="num">{count(one.tags)}</td>
+              <td class="num" data-name={heads[1]}>{one.first_us === null ? t("none") : utc(one.first_us)}</td>
+              <td class="num" data-name={heads[2]}>{one.last_us === null ? t("none") : utc(one.last_us)}</td>
+              <td class="num" data-name={heads[3]}>{one.first_us === null ? "—" : distance(one.distance_m)}</td>
+              <td class="num" data-name={heads[4]}>{one.first_us === null ? "—" : hoursText(one.recorded_s)}</td>
+              <td class="num" data-name={heads[5]}>{one.battery_first_percent === null ? "—" : t("{from} to {to}", { from: percent(one.battery_first_percent), to: percent(one.battery_last_percent) })}</td>
+              <td class="num" data-name={heads[6]}>{one.energy_wh === null ? "—" : `${count(Math.round(one.energy_wh))} Wh`}</td>
+              <td class="num" data-name={heads[7]}>{count(one.detections)}</td>
+              <td class="num" data-name={heads[8]}>{count(one.tags)}</td>
+              <td data-name={heads[9]}>{one.plans.join(", ") || "—"}</td>
             </tr>
           ))}
         </tbody>

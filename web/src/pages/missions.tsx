@@ -7,13 +7,14 @@ import type { Mission, Missions, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { postUntilAnswered } from "../api/retry";
 import { MissionForm } from "../components/missionform";
+import { MissionTable } from "../components/missiontable";
 import { knownVessels } from "../state/known";
 import { type MissionDraft, missionAsk, newDraft, withNewestMissions } from "../state/missions";
 import { fieldOf, type Wrong } from "../state/notes";
 import { Keys } from "../state/sending";
 import { newKey } from "../state/window";
 import { createChrome } from "../ui/chrome";
-import { hexAddress, utc } from "../ui/format";
+import { hexAddress } from "../ui/format";
 import { t } from "../words/words";
 
 const PATIENCE_MS = 15_000;
@@ -72,28 +73,6 @@ async function create(draft: MissionDraft, waits: (tries: number) => void): Prom
   }
 }
 
-function Table({ missions, called }: { readonly missions: readonly Mission[]; called(address: number): string }) {
-  return (
-    <div class="wide" tabIndex={0} role="region" aria-label={t("Missions")}>
-      <table class="compact">
-        <thead><tr>{[t("Mission"), t("From (UTC)"), t("To (UTC)"), t("Vessels"), t("People"), t("Purpose")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
-        <tbody>
-          {missions.map(({ id, mission, withdrawn }) => (
-            <tr key={id}>
-              <th scope="row"><a href={`/missions/${id}`}>{mission.name}</a>{withdrawn && ` ${t("(withdrawn)")}`}</th>
-              <td class="num">{utc(mission.from_us)}</td>
-              <td class="num">{mission.to_us === null ? t("goes on") : utc(mission.to_us)}</td>
-              <td>{mission.vessels.map(called).join(", ")}</td>
-              <td>{mission.people}</td>
-              <td>{mission.purpose}</td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
-    </div>
-  );
-}
-
 export function startMissions(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
   const writes = root.dataset["writes"] ?? "";
@@ -106,7 +85,7 @@ export function startMissions(root: HTMLElement): void {
         <section><h2>{t("New mission")}</h2><MissionForm draft={newDraft(Date.now())} vessels={choosable(names, writes, recorded.value.value ?? [])} label={t("New mission")} send={create} cancel={() => (writing.value = false)} /></section>
       ) : <p><button type="button" class="main" onClick={() => (writing.value = true)}>{t("New mission")}</button></p>)}
       {page.trouble.value && <p class="bad-text" role="alert">{page.trouble.value} <button type="button" onClick={() => void list.show()}>{t("Try again")}</button></p>}
-      {missions.value.length > 0 && <Table missions={missions.value} called={called} />}
+      {missions.value.length > 0 && <MissionTable missions={missions.value} called={called} />}
       {missions.value.length === 0 && page.value.value && <p>{writes ? t("No missions yet. Press New mission to add one: its replay, files, notes and summary are then in one place.") : t("No missions yet. Operators add them.")}</p>}
       {next.value && <button type="button" onClick={() => void list.show(next.value)}>{t("Older missions")}</button>}
       <p><label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => { withdrawn.value = event.currentTarget.checked; void list.show(); }} />{t("Show withdrawn")}</label></p>

@@ -177,7 +177,7 @@ class PlansPage {
     await withWords(...notes.map(({ says }) => says));
     const open = make("a", { class: "button", href: `/plans/${stored.id}` }, t("Open {name}", { name: stored.plan.name }));
     const left = notes.length ? [make("ul", {}, ...notes.slice(0, 20).map((note) => make("li", {}, worded(note))))] : [];
-    this.say(notes.length ? "warn" : "good", t("{file} is imported as {name}, {n} maneuvers.", { file: chosen.name, name: stored.plan.name, n: stored.plan.maneuvers.length }), ...left, open);
+    this.say(notes.length ? "warn" : "good", tn(stored.plan.maneuvers.length, "{file} is imported as {name}, {n} maneuver.", "{file} is imported as {name}, {n} maneuvers.", { file: chosen.name, name: stored.plan.name }), ...left, open);
     await this.show();
   }
 }

@@ -12,7 +12,7 @@ import { createAsker } from "../replay/asker";
 import { type Bar, createBar } from "../replay/bar";
 import { type Beside, createBeside } from "../replay/beside";
 import { fromAddress, STEP_US, toAddress } from "../replay/clock";
-import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
+import { agesCountTo, labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { controlLine, partOf } from "../state/control";
 import { asSeen, type FleetState } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
@@ -349,8 +349,7 @@ class VesselPage {
     const now = this.present.nowUs();
     if (us === null) return { us, values: this.present.values, labels: this.present.labels, asOf: now };
     const then = this.asItWas();
-    // Values are asked for and come while time goes on: their age counts to the time that is shown.
-    return { us, values: then?.values ?? new Map(), labels: then?.labels ?? this.present.labels, asOf: Math.max(us, then?.us ?? us) };
+    return { us, values: then?.values ?? new Map(), labels: then?.labels ?? this.present.labels, asOf: agesCountTo(us, then?.us ?? us, this.time.play) };
   }
 
   private draw(): void {
@@ -451,9 +450,11 @@ class VesselPage {
     const { play } = this.time;
     const others = this.beside.draw(map, play, fleet.systems);
     if (play) {
-      const known: Values = this.asItWas()?.values ?? new Map();
+      const then = this.asItWas();
+      const known: Values = then?.values ?? new Map();
+      const place = placeAt(history.track, play.atUs, history.silences);
       map.track(address, history.track, play.atUs);
-      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(history.track, play.atUs, history.silences), play.atUs), ...others], address, play.atUs);
+      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, place, play.atUs, agesCountTo(play.atUs, then?.us ?? play.atUs, play)), ...others], address, play.atUs);
     } else if (system) map.update([system, ...others].map((one) => asSeen(one, fleet.values.get(one.address), present.nowUs(), present.linked)), address, present.nowUs());
   }
 }

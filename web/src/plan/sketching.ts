@@ -4,7 +4,7 @@ import type { PlanPlace, PlanTask } from "../api/types.gen";
 import { fresh, rounded, type Task } from "../state/plan";
 import { rowsBetween, rowsCount, rowsCorners, rowsWay } from "../state/rows";
 import { linesInPolygon } from "../state/sweep";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 
 export const SKETCHES = [
   ["rows_rectangle", t("Rows in rectangle")],
@@ -105,10 +105,10 @@ export class Sketching {
     if (typeof drawn === "string") return { corners: this.corners, edge: corners, way: [], told: this.hint(kind, drawn), whole };
     const { task } = drawn;
     if (task.kind === "rows") {
-      return { corners: this.corners, edge: [...rowsCorners(task), task.at], way: rowsWay(task), told: t("{n} rows of {length} m, {width} m wide; turns go {overrun} m beyond.", { n: rowsCount(task), length: Math.round(task.length_m), width: Math.round(task.width_m), overrun: task.curve_offset_m }), whole };
+      return { corners: this.corners, edge: [...rowsCorners(task), task.at], way: rowsWay(task), told: tn(rowsCount(task), "{n} row of {length} m, {width} m wide; turns go {overrun} m beyond.", "{n} rows of {length} m, {width} m wide; turns go {overrun} m beyond.", { length: Math.round(task.length_m), width: Math.round(task.width_m), overrun: task.curve_offset_m }), whole };
     }
     const points = task.kind === "follow_path" ? task.points : [];
-    return { corners: this.corners, edge: [...corners, ...corners.slice(0, 1)], way: points, told: `${t("{n} lines.", { n: points.length / 2 })} ${FINISH}`, whole };
+    return { corners: this.corners, edge: [...corners, ...corners.slice(0, 1)], way: points, told: `${tn(points.length / 2, "{n} line.", "{n} lines.")} ${FINISH}`, whole };
   }
 
   private hint(kind: SketchKind, wrong: string): string {

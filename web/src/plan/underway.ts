@@ -6,7 +6,7 @@ import type { FleetMap } from "../map/map";
 import { createRoute } from "../map/route";
 import type { Vitals } from "../state/vitals";
 import { make, setAttribute, setText } from "../ui/dom";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 
 const PATIENCE_MS = 8_000;
 /** A plan that is not known yet is looked for again so often, ms: the vessel is asked, and may answer. */
@@ -68,7 +68,7 @@ export function createUnderWay(root: HTMLElement, map: FleetMap, address: number
       drawn = state;
       route.draw(shown?.source ? shown : null, maneuver);
       const at = shown?.legs.findIndex((leg) => leg.id === maneuver) ?? -1;
-      const where = shown?.legs.length ? (at >= 0 ? t("maneuver {at} of {all}, {maneuver}", { at: at + 1, all: shown.legs.length, maneuver }) : t("{n} maneuvers", { n: shown.legs.length })) : "";
+      const where = shown?.legs.length ? (at >= 0 ? t("maneuver {at} of {all}, {maneuver}", { at: at + 1, all: shown.legs.length, maneuver }) : tn(shown.legs.length, "{n} maneuver", "{n} maneuvers")) : "";
       const from = shown?.source === "shore" ? ` ${t("(as kept ashore: the vessel's digest is the same)")}` : "";
       const sailed = plan.old ? t("When last heard it sailed") : t("Sails");
       const text = !shown ? "" : shown.trouble ? `${sailed} ${plan.note}. ${shown.trouble}` : `${sailed} ${plan.note}: ${where}${from}`;

@@ -16,7 +16,7 @@ import { reasonInFull, refusedText, warningWords } from "../state/planverdict";
 import { spotLabel } from "../state/refusal";
 import { canGoAround } from "../state/searoute";
 import { make } from "../ui/dom";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 
 /** Reasons that are listed; the server tells no more than a hundred. */
 const LISTED = 20;
@@ -53,7 +53,7 @@ export function createVerdict(map: FleetMap): VerdictOnMap {
         other.addEventListener("click", () => around(reason));
         return make("li", {}, button, " ", other);
       });
-      const more = guard.reasons.length > LISTED ? [make("p", {}, t("and {n} more legs", { n: guard.reasons.length - LISTED }))] : [];
+      const more = guard.reasons.length > LISTED ? [make("p", {}, tn(guard.reasons.length - LISTED, "and {n} more leg", "and {n} more legs"))] : [];
       const refused = guard.outcome === "refused" ? [make("div", { class: "note bad guard" }, make("strong", {}, t("Refused by the chart")), ...(lines.length ? [make("ul", {}, ...lines)] : [make("p", {}, refusedText(plan, guard))]), ...more)] : [];
       const own = guard.warnings.slice(0, LISTED).map((one) => make("li", {}, `${one.maneuver === null ? "" : `${one.maneuver}: `}${warningWords(one)}`));
       const warned = own.length ? [make("div", { class: "note warn guard" }, make("strong", {}, t("By the chart")), make("ul", {}, ...own))] : [];

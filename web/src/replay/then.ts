@@ -3,10 +3,20 @@
 import type { At, Entity, Fix, System, TrackPoint, Update } from "../api/types.gen";
 import { seriesKey } from "../state/fleet";
 import type { Labels, Values } from "../state/vitals";
+import type { Playback } from "./clock";
 
 /** A position older than this is shown as an old one, s. */
 const FRESH_S = 10;
 const MOVING_MPS = 0.05;
+/** For so long of the watcher's time the next answer of the history may be under way while a replay plays, µs. */
+const UNDER_WAY_US = 2_000_000;
+
+/** The time to which ages count at `us`, µs, where the history has answered for `answeredUs`. A replay plays on while the next answer
+ * comes, at 20 times the speed by many seconds: that makes no value old. An answer that stays out does. */
+export function agesCountTo(us: number, answeredUs: number, play: Playback | null): number {
+  if (play?.playing && us - answeredUs <= UNDER_WAY_US * play.speed) return answeredUs;
+  return Math.max(us, answeredUs);
+}
 
 /** Values whose age is that at the time itself, not since they came ashore. */
 export function valuesThen(at: At): Values {
@@ -28,18 +38,18 @@ export function nameThen(values: Values): string | null {
   return typeof name === "string" && name ? name : null;
 }
 
-/** The vessel on the map at `us`: its place by the track, its heading and course by what it said last. */
-export function systemThen(address: number, name: string | null, values: Values, place: TrackPoint | undefined, us: number): System {
+/** The vessel on the map at `us`: its place by the track, its heading and course by what it said last before `asOf`. */
+export function systemThen(address: number, name: string | null, values: Values, place: TrackPoint | undefined, us: number, asOf = us): System {
   const state = [...values.values()].filter((update) => update.abbrev === "EstimatedState").reduce<Update | undefined>((last, one) => (!last || one.time_us > last.time_us ? one : last), undefined);
   const fix = state ? fixOf(state) : undefined;
   const where = place ?? (fix && { time_us: fix.time_us, lat_deg: fix.lat_deg, lon_deg: fix.lon_deg });
-  const heard = place ? us : (fix?.time_us ?? us);
-  const fresh = fix && us - fix.time_us < FRESH_S * 1e6;
+  const heard = place ? asOf : (fix?.time_us ?? asOf);
+  const fresh = fix && asOf - fix.time_us < FRESH_S * 1e6;
   return {
     address,
     name,
     kind: null,
-    liveness: us - heard < FRESH_S * 1e6 ? "live" : "stale",
+    liveness: asOf - heard < FRESH_S * 1e6 ? "live" : "stale",
     heard_us: heard,
     transports: [],
     fix: where

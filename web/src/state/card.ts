@@ -1,6 +1,6 @@
 // What a vessel's card says: pure.
 
-import type { Liveness } from "../api/types.gen";
+import type { Alarm, Liveness } from "../api/types.gen";
 import { age, bearing, knots, position, systemName } from "../ui/format";
 import { t } from "../words/words";
 import { type Priority, PRIORITY_WORDS, SHAPES } from "./alarms";
@@ -64,7 +64,7 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
   const of = (reading: Reading, text: string): CardText => told(reading.ageS === null ? NOT_REPORTED : text, reading.ageS !== null && (reading.old || !linked));
   const old = placeIsOld || system.liveness === "stale" || system.liveness === "lost";
   const here = (text: string | undefined): CardText => told(text ?? "—", fix !== null && (old || !linked));
-  const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${PRIORITY_WORDS[alarm.priority as Priority] ?? alarm.priority}: ${alarmText(alarm)}` : "";
+  const said = alarm ? alarmLine(alarm) : "";
   const heardS = Math.max(0, (nowUs - system.heard_us) / 1e6);
   const never = !system.heard_us;
   return {
@@ -85,6 +85,19 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
     placeAge: here(fix && placeS !== null ? age(placeS) : undefined),
     worst: { text: tame(said || `${parts.bad ? "▲ " : ""}${parts.text}`, MOST), quiet: !said && !parts.bad },
   };
+}
+
+/** An alarm by its priority; whether it is over stands before its words, which may be cut off. */
+function alarmLine(alarm: Alarm): string {
+  const priority = alarm.priority as Priority;
+  const over = alarm.state === "returned" ? ` (${t("over")})` : "";
+  return `${SHAPES[priority] ?? ""} ${PRIORITY_WORDS[priority] ?? priority}${over}: ${alarmText(alarm)}`;
+}
+
+/** The alarm that a vessel's card tells, of what is told of all: one that is active before one that is over. */
+export function alarmOf(all: readonly Alarm[], vessel: number): Alarm | undefined {
+  const own = all.filter((one) => one.vessel === vessel);
+  return own.find(({ state }) => state !== "returned") ?? own[0];
 }
 
 function told(text: string, old: boolean): CardText {

@@ -155,7 +155,7 @@ export interface ShareFields {
 export const NEW_SHARE: ShareFields = { label: "", days: "30", password: "", person: "", precision: "", from: "", to: "", tags: "", area: "" };
 
 export function shareWrong({ label, days, from, to }: ShareFields): Wrong | undefined {
-  if (!label.trim()) return { field: "label", text: t("Write for whom it is.") };
+  if (!label.trim()) return { field: "label", text: t("Name the recipient.") };
   if (!/^\d+$/.test(days.trim()) || Number(days) < 1 || Number(days) > 730) return { field: "days", text: t("1 to 730 days.") };
   const span = spanWrong(from, to);
   if (span) return { field: `${span.field}_us`, text: span.text };

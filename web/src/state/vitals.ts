@@ -2,7 +2,7 @@
 // of its usual intervals.
 
 import type { Detection, Field, Update } from "../api/types.gen";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 import { ageS, freshForS } from "./fleet";
 
 export type Values = ReadonlyMap<string, Update>;
@@ -156,7 +156,7 @@ export function partsInWords(all: readonly EntityReading[]): { text: string; bad
     return { text: [said, some].filter(Boolean).join(" · "), bad: true };
   }
   if (some) return { text: some, bad: true };
-  return silent.length ? { text: t("all {n} parts silent, normal before (old)", { n: spoke.length }), bad: false } : { text: t("all parts normal"), bad: false };
+  return silent.length ? { text: tn(spoke.length, "its only part is silent, normal before (old)", "all {n} parts silent, normal before (old)"), bad: false } : { text: t("all parts normal"), bad: false };
 }
 
 function newest(updates: readonly Update[]): Update | undefined {

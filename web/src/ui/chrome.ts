@@ -8,7 +8,7 @@ import { type Alarms, NO_ALARMS } from "../state/alarms";
 import { EMPTY, type FleetState, withFrame } from "../state/fleet";
 import { unheard } from "../state/order";
 import { windowKey } from "../state/window";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 import { createAlarms } from "./alarms";
 import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
@@ -68,7 +68,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
     setAttribute(document.body, "data-link", heard && !failed ? "up" : "down");
     if (!link) return;
     if (failed) setText(link, t("This page failed: what you see may be old. STOP works. Reload the page."));
-    else if (heard) setText(link, state.eventsMissed ? t("Live · {n} events only in the history", { n: state.eventsMissed }) : t("Live"));
+    else if (heard) setText(link, state.eventsMissed ? tn(state.eventsMissed, "Live · {n} event only in the history", "Live · {n} events only in the history") : t("Live"));
     else setText(link, t("No link to the server: what you see is old. Trying again …"));
   };
   palette();

@@ -1,6 +1,6 @@
 // All parts of a vessel with how they say they are.
 
-import type { EntityReading } from "../state/vitals";
+import { type EntityReading, STATE_WORDS } from "../state/vitals";
 import { t } from "../words/words";
 import { make, setAttribute, setText } from "./dom";
 import { age } from "./format";
@@ -32,7 +32,7 @@ export function createEntities(root: HTMLElement): EntityTable {
           body.insertBefore(row, after ?? null);
         }
         const shape = SHAPES[one.state] ?? "";
-        const texts = [String(one.entity), one.label || t("without a label"), one.state ? `${shape} ${one.state}` : t("— says nothing"), one.description, one.ageS === null ? "" : age(one.ageS)];
+        const texts = [String(one.entity), one.label || t("without a label"), one.state ? `${shape} ${one.state === "NORMAL" ? t("normal") : (STATE_WORDS[one.state] ?? one.state)}` : t("— says nothing"), one.description, one.ageS === null ? "" : age(one.ageS)];
         texts.forEach((text, column) => cells[column] && setText(cells[column], text));
         const row = cells[0]?.parentElement;
         if (row) setAttribute(row, "class", one.old && one.state ? "stale" : null);

@@ -9,7 +9,7 @@ import { windowKey } from "../state/window";
 import { t } from "../words/words";
 import { make, setText } from "./dom";
 
-/** Control lasts a minute; it is renewed this often, ms. */
+/** Control lasts a minute; it is renewed this often, and at once on a page that is opened, ms. */
 const RENEW_MS = 10_000;
 const LOOK_MS = 1_000;
 
@@ -42,7 +42,15 @@ export function createKeepControl(root: HTMLElement, me: string): KeepControl {
     rows.set(vessel, made);
     return made;
   };
+  let renewedMs = -Infinity;
+  const renewAll = (): void => {
+    const vessels = mine();
+    if (!vessels.length || performance.now() - renewedMs < RENEW_MS) return;
+    renewedMs = performance.now();
+    for (const vessel of vessels) void renew(vessel);
+  };
   const look = (): void => {
+    renewAll();
     const nowUs = heard.us + (performance.now() - heard.ms) * 1e3;
     const here = new Set(mine());
     for (const vessel of here) {
@@ -56,7 +64,6 @@ export function createKeepControl(root: HTMLElement, me: string): KeepControl {
       rows.delete(vessel);
     }
   };
-  window.setInterval(() => mine().forEach((vessel) => void renew(vessel)), RENEW_MS);
   window.setInterval(look, LOOK_MS);
   return {
     frame(frame, called) {

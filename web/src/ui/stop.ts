@@ -2,6 +2,7 @@
 
 import type { LiveFrame, LiveStopped, Ordered, System, Update } from "../api/types.gen";
 import { createStopping, type StopLine, type StopNews, type Stopping } from "../control/stopping";
+import { doing } from "../state/doing";
 import { stepText } from "../state/orderwords";
 import { meaning } from "../state/vitals";
 import { allToStop } from "../state/stopall";
@@ -282,11 +283,12 @@ function follow(order: Order, frame: LiveFrame): void {
   const state = frame.values.find(after);
   const took = ((state?.received_us ?? frame.now_us) - ordered.time_us) / 1e6;
   const mode = state ? meaning(state, "op_mode") : "";
+  const does = doing({ word: mode, ageS: took, note: "" }, { word: "" });
   if (order.effectS !== undefined) {
     if (took > WATCHED_S) order.over = true;
     // Two lines tell of the vessel, and the slower one may still tell what was before.
     else if (state && state.received_us > order.effectUs && !["ERROR", "SERVICE", "BOOT"].includes(mode)) {
-      end(order, "failed", t("STOP {name}: stopped after {took} s, but GOES ON since {time}: mode {mode}. It was started again.", { name: order.name, took: tenths(order.effectS), time: utc(state.received_us, false), mode }));
+      end(order, "failed", t("STOP {name}: stopped after {took} s, but GOES ON since {time}: {does}. It was started again.", { name: order.name, took: tenths(order.effectS), time: utc(state.received_us, false), does }));
     }
   } else if (mode === "ERROR") {
     order.effectS = took;
@@ -294,7 +296,7 @@ function follow(order: Order, frame: LiveFrame): void {
     tell(order, "done", t("STOP {name}: stopped after {took} s. Motors off, drifting.", { name: order.name, took: tenths(took) }));
   } else if (took > EFFECT_S) {
     const values = { name: order.name, seconds: EFFECT_S };
-    tell(order, "failed", state ? t("STOP {name}: sent, but NO EFFECT SEEN in {seconds} s; it says mode {mode}. Press STOP again or stop it by other means.", { ...values, mode }) : t("STOP {name}: sent, but NO EFFECT SEEN in {seconds} s; it does not say that it stopped. Press STOP again or stop it by other means.", values));
+    tell(order, "failed", state ? t("STOP {name}: sent, but NO EFFECT SEEN in {seconds} s; it reports: {does}. Press STOP again or stop it by other means.", { ...values, does }) : t("STOP {name}: sent, but NO EFFECT SEEN in {seconds} s; it does not say that it stopped. Press STOP again or stop it by other means.", values));
     // The effect may still come, above all where the server sends it again to a vessel that was silent.
     order.over = took * 1e6 > WAITS_US;
   }

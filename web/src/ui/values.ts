@@ -3,7 +3,7 @@
 import type { Field, Update } from "../api/types.gen";
 import { ageS, freshForS, seriesKey } from "../state/fleet";
 import { quantity } from "../state/quantities";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 import { make, setAttribute, setText } from "./dom";
 import { age, field } from "./format";
 
@@ -103,7 +103,7 @@ export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): Va
         }
       }
       cells = found;
-      setText(count, found.length === all ? t("{n} fields", { n: all }) : t("{n} of {all} fields", { n: found.length, all }));
+      setText(count, found.length === all ? tn(all, "{n} field", "{n} fields") : t("{n} of {all} fields", { n: found.length, all }));
       draw();
     },
   };

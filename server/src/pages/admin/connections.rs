@@ -173,6 +173,7 @@ fn link_row(
     let waiting = match status.backlog.records {
         _ if !status.up => t(language, "not known"),
         0 => t(language, "nothing"),
+        1 => t(language, "1 packet, {seconds} s old").with("seconds", seconds),
         records => t(language, "{n} packets, {seconds} s old").with("n", records).with("seconds", seconds),
     };
     LinkRow {
