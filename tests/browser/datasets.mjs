@@ -136,7 +136,7 @@ await inBrowser(async (open) => {
   const first = await page.locator(".secret").innerText();
   await page.goto(dataset);
   await page.getByRole("button", { name: "Make a link" }).click();
-  await link.getByLabel("For whom").fill("Ola at IMR");
+  await link.getByLabel("Recipient").fill("Ola at IMR");
   await link.getByLabel(/^Only for this account/).fill("olla");
   await link.getByRole("button", { name: "Make the link" }).click();
   await link.getByText("there is no account olla; ask an admin to make one").waitFor();
