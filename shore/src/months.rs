@@ -177,10 +177,18 @@ impl MonthCompression {
         let name = packed.key().file_name();
         let (mut wait, mut waited) = (FIRST_WAIT, Duration::ZERO);
         loop {
-            let adopt = move |store: &mut Store| store.adopt_month(packed);
+            let adopt = move |store: &mut Store| {
+                let began = Instant::now();
+                store.adopt_month(packed).map(|adopted| (adopted, began.elapsed()))
+            };
             let Some(adopted) = self.recorder.with_store(adopt).await else { return Ok(None) };
-            packed = match adopted? {
-                Adopted::Done(month) => return Ok(Some(month)),
+            let (adopted, hold) = adopted?;
+            tracing::debug!(month = name, ?hold, "a compressed month was to get its name");
+            packed = match adopted {
+                Adopted::Done(month, replaced) => {
+                    tokio::task::spawn_blocking(move || drop(replaced)).await.ok();
+                    return Ok(Some(month));
+                }
                 Adopted::Changed => {
                     tracing::info!(
                         month = name,

@@ -1,7 +1,7 @@
 //! Making a packed month of a month: a new file beside it, read back row by row.
 
 use super::chunk::codec::{self, Column, FULL_BYTES, ROWS};
-use super::chunk::{BEFORE, Declared, TABLES, columns_in_use, declared, is_packed, owner, rolled};
+use super::chunk::{BEFORE, Declared, Seen, TABLES, columns_in_use, declared, is_packed, owner, rolled};
 use super::columns::{SENT, columns_of};
 use super::group::GroupKey;
 use super::look;
@@ -297,12 +297,12 @@ impl<'w> Work<'w> {
     /// Holds the roll-ups of the new file against those of the month.
     fn has_same_rolled(&mut self) -> rusqlite::Result<bool> {
         let (mut own, mut new) = (0, 0);
-        let mut same = true;
+        let (mut same, mut seen) = (true, Seen::default());
         let (source, target) = (self.source, self.target);
         rolled::each(source, &mut |series, level_s, cells| {
             own += cells.len();
             if let Some((first, last)) = cells.keys().next().zip(cells.keys().next_back()) {
-                let there = rollup::stored(target, series, level_s, *first..last + 1, true)?;
+                let there = rollup::stored(target, series, level_s, *first..last + 1, true, &mut seen)?;
                 same &= there == cells;
             }
             Ok(cells.iter().all(|_| self.step()))

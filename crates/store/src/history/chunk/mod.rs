@@ -13,6 +13,7 @@ pub(super) mod rolled;
 
 pub(crate) use late::Late;
 pub(super) use read::{Chunks, Open};
+pub(crate) use rolled::Seen;
 pub(super) use rolled::add as add_rolled;
 
 use super::group::GroupKey;
