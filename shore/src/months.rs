@@ -34,9 +34,10 @@ pub(crate) struct MonthCompression {
 impl MonthCompression {
     /// Compresses what is due, now and then, until the server ends.
     pub(crate) async fn keep(self, stop: CancellationToken) {
-        let mut told: Option<String> = None;
+        let (mut told, mut announced): (Option<String>, usize) = (None, 0);
         let mut wait = FIRST_LOOK;
         while stop.run_until_cancelled(tokio::time::sleep(wait)).await.is_some() {
+            announced = self.announce(announced).await;
             let trouble = self.compress(REST, &stop).await.err().filter(|_| !stop.is_cancelled());
             metrics::gauge!("lutra_month_compression_trouble").set(f64::from(u8::from(trouble.is_some())));
             if let Some(trouble) = trouble.as_ref().filter(|trouble| Some(trouble.cause()) != told.as_deref())
@@ -51,15 +52,35 @@ impl MonthCompression {
         }
     }
 
+    /// Says how many months are due where those are more than were `announced`, as after an upgrade; how many that is.
+    async fn announce(&self, announced: usize) -> usize {
+        let Ok(months) = self.due().await else { return announced };
+        if months.len() > announced {
+            tracing::info!(
+                months = months.len(),
+                mib = months.iter().map(|month| month.bytes).sum::<u64>() >> 20,
+                oldest = months[0].key.file_name(),
+                "months of the history that are over will be compressed, one after the other, slowly, while the server records; \
+                 SQL cannot read their messages then, and earlier versions leave the history alone \
+                 (history.compress_after_days = 0 keeps months as they are)"
+            );
+        }
+        months.len()
+    }
+
+    async fn due(&self) -> Result<Vec<PackableMonth>, Failed> {
+        let now = self.clock.utc();
+        clock::check(now).map_err(Failed::new)?;
+        let (data, after_days) = (self.data.clone(), self.after_days);
+        blocking(move || plan_months(&data, after_days, now)).await
+    }
+
     /// Compresses the months that are due, the oldest first.
     ///
     /// # Errors
     /// The first thing that went wrong. The month stays as it was; others are compressed all the same.
     async fn compress(&self, rest: u32, stop: &CancellationToken) -> Result<Vec<CompressedMonth>, Failed> {
-        let now = self.clock.utc();
-        clock::check(now).map_err(Failed::new)?;
-        let (data, after_days) = (self.data.clone(), self.after_days);
-        let months = blocking(move || plan_months(&data, after_days, now)).await?;
+        let months = self.due().await?;
         let (mut compressed, mut trouble) = (Vec::new(), None);
         for month in months {
             match self.one(month, rest, stop).await {
@@ -156,10 +177,18 @@ impl MonthCompression {
         let name = packed.key().file_name();
         let (mut wait, mut waited) = (FIRST_WAIT, Duration::ZERO);
         loop {
-            let adopt = move |store: &mut Store| store.adopt_month(packed);
+            let adopt = move |store: &mut Store| {
+                let began = Instant::now();
+                store.adopt_month(packed).map(|adopted| (adopted, began.elapsed()))
+            };
             let Some(adopted) = self.recorder.with_store(adopt).await else { return Ok(None) };
-            packed = match adopted? {
-                Adopted::Done(month) => return Ok(Some(month)),
+            let (adopted, hold) = adopted?;
+            tracing::debug!(month = name, ?hold, "a compressed month was to get its name");
+            packed = match adopted {
+                Adopted::Done(month, replaced) => {
+                    tokio::task::spawn_blocking(move || drop(replaced)).await.ok();
+                    return Ok(Some(month));
+                }
                 Adopted::Changed => {
                     tracing::info!(
                         month = name,

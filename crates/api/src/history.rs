@@ -43,7 +43,7 @@ pub struct RecordedDay {
     /// How many packets.
     #[cfg_attr(test, ts(type = "number"))]
     pub packets: u64,
-    /// Bytes of these packets.
+    /// Bytes of these packets in the archive; 0 for a day that was removed there, and is in the history still.
     #[cfg_attr(test, ts(type = "number"))]
     pub bytes: u64,
 }

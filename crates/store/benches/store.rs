@@ -1,10 +1,12 @@
-//! How fast the store is: `cargo bench -p store --bench store [-- ingest|month|year|hour|csv|compressed]`.
+//! How fast the store is: `cargo bench -p store --bench store [-- ingest|month|year|hour|csv|compressed|season]`.
 //!
 //! The stores of a month at 10 Hz and of a year at 1 Hz are built once, under `target/store-bench`; remove that
 //! folder to build them again.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails where it unwraps nothing")]
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
+
+mod season;
 
 use imc::lsf::{LogItem, LogReader};
 use imc::messages::{EstimatedState, EulerAngles, Payload, Temperature};
@@ -36,6 +38,7 @@ fn main() {
         ("hour", hour as fn()),
         ("csv", csv as fn()),
         ("compressed", compressed as fn()),
+        ("season", season::season as fn()),
     ] {
         if wanted.is_empty() || wanted.iter().any(|one| one == name) {
             run();

@@ -161,7 +161,12 @@ impl Follower {
                     self.causes.push(format!("archive/{}: shorter than it was; {error}", key.name()));
                 }
                 if was.data > is.data || was.arrivals > is.arrivals {
-                    history.set_progress(key, Progress::default());
+                    // What came on a day that is gone stays known.
+                    if days.contains(&key) {
+                        history.set_progress(key, Progress::default());
+                    } else {
+                        history.unread_gone(key);
+                    }
                     shorter = true;
                 }
             }
@@ -381,6 +386,10 @@ impl Follower {
         if progress.lengths == archive.lengths(key) {
             return Ok(None);
         }
+        if progress.lengths == Lengths::default() {
+            // From its beginning: what was known of it is counted again.
+            progress.extent = Extent::NONE;
+        }
         let Lengths { data, arrivals } = progress.lengths;
         let mut reader = DayReader::open(archive.root(), key, data, arrivals)?;
         let mut bytes = Vec::new();
@@ -434,12 +443,10 @@ impl Follower {
         Ok(())
     }
 
-    /// Counts days as not read, before they are removed from the archive.
+    /// Counts days as not read, before they are removed from the archive. What came on them stays known while a month may have it.
     pub(crate) fn unread(&mut self, days: &[DayKey]) -> Result<()> {
         let history = self.history()?;
-        for key in days {
-            history.set_progress(*key, Progress::default());
-        }
+        days.iter().for_each(|key| history.unread_gone(*key));
         Ok(())
     }
 }

@@ -7,7 +7,7 @@ use crate::error::{Named as _, Result, StoreError};
 use crate::packet::Outcome;
 use crate::store::Store;
 use imc::lsf::{LogItem, LogReader};
-use imc::{Damage, FrameError};
+use imc::{Damage, FrameError, PacketView};
 use std::fs::{self, File};
 use std::io::{self, BufReader, Chain, Cursor, Read, Seek as _};
 use std::path::{Path, PathBuf};
@@ -99,7 +99,11 @@ impl Store {
             let number = at + 1;
             loop {
                 self.make_ready()?;
-                let more = log.read_some(self, COMMIT_PACKETS, u64::MAX)?;
+                let more = match log.read_some(self, COMMIT_PACKETS, u64::MAX) {
+                    // A damaged part of the history was met, and is made again.
+                    Err(StoreError::Behind(_)) => true,
+                    other => other?,
+                };
                 let Imported { packets, added, .. } = log.imported;
                 let (bytes, files) = (log.read_bytes(), files.len());
                 if !progress(&ImportProgress { file, number, files, bytes, packets, added }) {
@@ -138,6 +142,14 @@ impl Store {
     }
 }
 
+/// Takes a packet of a log, and counts it.
+fn take(store: &mut Store, view: &PacketView<'_>, received: UtcTime, imported: &mut Imported) -> Result<()> {
+    let outcome = store.accept_from_log(view, received)?;
+    imported.packets += 1;
+    imported.added += u64::from(outcome == Outcome::Recorded);
+    Ok(())
+}
+
 /// The import of one log, some packets at a time, so that the owner of the store can take other packets in between.
 #[derive(Debug)]
 pub struct LogImport {
@@ -151,6 +163,8 @@ pub struct LogImport {
     first_damage: Option<Damage>,
     /// A packed file that ends too early, or is damaged: a problem of its own.
     is_cut: bool,
+    /// A packet that was read and not taken, for the history was found damaged.
+    waiting: Option<Vec<u8>>,
 }
 
 impl LogImport {
@@ -167,7 +181,16 @@ impl LogImport {
 
     fn open(file: &Path, received: UtcTime, imported: Imported) -> Result<Self> {
         let (log, before) = (open_log(file).named(file)?, imported.packets);
-        Ok(Self { file: file.to_owned(), log, received, imported, before, first_damage: None, is_cut: false })
+        Ok(Self {
+            file: file.to_owned(),
+            log,
+            received,
+            imported,
+            before,
+            first_damage: None,
+            is_cut: false,
+            waiting: None,
+        })
     }
 
     /// The result so far.
@@ -187,10 +210,14 @@ impl LogImport {
     ///
     /// # Errors
     /// When the file or history cannot be read or the archive not be written; [`StoreError::Behind`] while the
-    /// history lacks something: nothing was read then, and trying again brings it closer.
+    /// history lacks something: trying again brings it closer, and nothing of the log is left out.
     pub fn read_some(&mut self, store: &mut Store, packets: u64, bytes: u64) -> Result<bool> {
         // Packets that came meanwhile must be known, or they would be taken twice.
         store.commit_all()?;
+        if let Some(packet) = &self.waiting {
+            take(store, &PacketView::unchecked(packet)?, self.received, &mut self.imported)?;
+            self.waiting = None;
+        }
         let (enough_packets, enough_bytes) =
             (self.imported.packets.saturating_add(packets), self.read_bytes().saturating_add(bytes));
         let more = loop {
@@ -206,10 +233,11 @@ impl LogImport {
             };
             match item {
                 Some(LogItem::Packet { view, .. }) => {
-                    self.imported.packets += 1;
-                    if store.accept_from_log(&view, self.received)? == Outcome::Recorded {
-                        self.imported.added += 1;
+                    let taken = take(store, &view, self.received, &mut self.imported);
+                    if matches!(taken, Err(StoreError::Behind(_))) {
+                        self.waiting = Some(view.bytes().to_vec());
                     }
+                    taken?;
                 }
                 Some(LogItem::Damage(damage)) => {
                     self.imported.damaged_bytes += damage.bytes;

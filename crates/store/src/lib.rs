@@ -104,7 +104,9 @@ pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table, row_key
 pub use import::{Beginning, ImportProgress, Imported, LogImport, beginning};
 pub use layout::free_bytes;
 pub use link::{LinkSeq, Transport};
-pub use months::{Adopted, CompressedMonth, MonthStep, PackableMonth, PackedMonth, Readiness, plan_months};
+pub use months::{
+    Adopted, CompressedMonth, MonthStep, PackableMonth, PackedMonth, Readiness, Replaced, plan_months,
+};
 pub use overdue::{check_compression, check_month_compression};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use packing::{PackStep, Packable, PackedDay, Packing, plan_packing};

@@ -110,8 +110,8 @@ pub enum Readiness {
 /// What came of giving a compressed month its name.
 #[derive(Debug)]
 pub enum Adopted {
-    /// It has the name.
-    Done(CompressedMonth),
+    /// It has the name, and the file that had it before is still open.
+    Done(CompressedMonth, Replaced),
     /// Something was written to the month meanwhile: it stays as it was, and must be compressed again.
     Changed,
     /// Something reads the month: it stays as it was, and this may be tried again.
@@ -122,10 +122,17 @@ impl Adopted {
     /// The month, if it has the name.
     pub fn done(self) -> Option<CompressedMonth> {
         match self {
-            Self::Done(month) => Some(month),
+            Self::Done(month, _) => Some(month),
             Self::Changed | Self::Busy(_) => None,
         }
     }
+}
+
+/// The file that a month had before it was compressed. Its room is free when this is dropped, which can take a second for a large month:
+/// where nothing waits for it.
+#[derive(Debug)]
+pub struct Replaced {
+    _file: fs::File,
 }
 
 /// A month in its compressed form, which has no name yet. Dropping it leaves the month as it was.
@@ -265,6 +272,8 @@ impl Store {
         }
         // SQLite leaves the memory of the log there when the last to close it could only read; nothing uses it now.
         fs::remove_file(beside(&packed.path, "-shm")).ok();
+        // Under the lock: closing a file ends all locks of this process on it.
+        let replaced = Replaced { _file: fs::File::open(&packed.path).named(&packed.path)? };
         steps(MonthStep::Closed);
         if let Err(error) = fs::rename(&packed.part, &packed.path) {
             closed.execute_batch("PRAGMA journal_mode = WAL").ok();
@@ -274,7 +283,7 @@ impl Store {
         drop(closed);
         let folder = self.folder().join(HISTORY);
         fs::File::open(&folder).and_then(|file| file.sync_all()).named(&folder)?;
-        Ok(Adopted::Done(CompressedMonth { key, bytes, packed_bytes, rows }))
+        Ok(Adopted::Done(CompressedMonth { key, bytes, packed_bytes, rows }, replaced))
     }
 }
 

@@ -35,6 +35,19 @@ pub(crate) fn connect(path: &Path) -> rusqlite::Result<(Connection, FileId)> {
     }
 }
 
+/// Makes a database one with a log, where it is not.
+pub(crate) fn keep_log(path: &Path) -> rusqlite::Result<()> {
+    // A name that has no file gets none.
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags)?;
+    if has_log(&connection)? { Ok(()) } else { connection.execute_batch("PRAGMA journal_mode = WAL") }
+}
+
+/// Whether a database is one with a log. All months are, but one whose compression was broken off at its very end.
+pub(crate) fn has_log(connection: &Connection) -> rusqlite::Result<bool> {
+    connection.query_row("PRAGMA journal_mode", (), |row| Ok(row.get_ref(0)?.as_str()? == "wal"))
+}
+
 fn connect_once(path: &Path) -> rusqlite::Result<Connection> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let probe = |connection: Connection| {

@@ -185,11 +185,20 @@ impl Store {
 
     /// Takes a packet of a log, unless the history knows that it came before `received`, which is the time at
     /// which the import began. Copies within one log are kept, as the log has them.
+    ///
+    /// # Errors
+    /// When the history cannot be read, or the archive takes no more; [`StoreError::Behind`] when the history was found damaged, and
+    /// must be made whole before the same packet is given again.
     pub(crate) fn accept_from_log(&mut self, view: &PacketView<'_>, received: UtcTime) -> Result<Outcome> {
         self.now = self.now.max(received);
         let first_us = loop {
             match self.follower.history()?.arrival_of(view) {
-                Err(error) if self.mend(&error)? => {}
+                // What was damaged must be known again, or its packets would be taken twice.
+                Err(error) if self.mend(&error)? => {
+                    if let Some(why) = self.behind() {
+                        return Err(StoreError::Behind(why));
+                    }
+                }
                 other => break other?,
             }
         };
@@ -347,7 +356,9 @@ impl Store {
     pub(crate) fn give_up(&mut self, days: &[DayKey], months: &[MonthKey]) -> Result<()> {
         self.follower.unread(days)?;
         self.save()?;
-        months.iter().try_for_each(|key| self.follower.history()?.forget_month(*key))
+        months.iter().try_for_each(|key| self.follower.history()?.forget_month(*key))?;
+        self.follower.history()?.forget_gone();
+        self.save()
     }
 
     /// Forgets days that are no longer there.

@@ -3301,7 +3301,7 @@ last_us: number,
  */
 packets: number, 
 /**
- * Bytes of these packets.
+ * Bytes of these packets in the archive; 0 for a day that was removed there, and is in the history still.
  */
 bytes: number, };
 

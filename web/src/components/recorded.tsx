@@ -37,7 +37,7 @@ export function Recorded({ days, called, may, choose }: Needs) {
                 <td>
                   <span class="row">
                     <a class="button" href={watch(day)}>{t("Watch")}</a>
-                    {may && <a class="button" download href={`/api/v1/export.lsf?vessel=${day.system}&from=${iso(day.first_us)}&to=${iso(day.last_us + 1)}`}>{t("Log")}</a>}
+                    {may && day.bytes > 0 && <a class="button" download href={`/api/v1/export.lsf?vessel=${day.system}&from=${iso(day.first_us)}&to=${iso(day.last_us + 1)}`}>{t("Log")}</a>}
                     {may && <button type="button" onClick={() => choose(day)}>{t("Choose")}</button>}
                   </span>
                 </td>

@@ -41,6 +41,7 @@ CREATE TABLE IF NOT EXISTS label (
 /// How far a day of the archive was read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Progress {
+    /// Nothing for a day that the archive has no more, or that is to be read again.
     pub(crate) lengths: Lengths,
     /// Packets so far, and the times that they state.
     pub(crate) extent: Extent,
@@ -122,32 +123,60 @@ impl Catalogue {
         self.connection.execute(sql, [key.file_name()]).map(drop).named(&self.path)
     }
 
-    /// A month's file is lost: all days of which some may have been in it are read again. This is on the
-    /// disk before it returns.
-    pub(crate) fn unread_month(&mut self, key: MonthKey) -> Result<()> {
-        let days: Vec<DayKey> = self
-            .progress
-            .iter()
-            .filter(|(_, progress)| key.may_hold(progress.extent))
-            .map(|(day, _)| *day)
-            .collect();
+    /// The days of which some may be in a month's file.
+    pub(crate) fn days_of(&self, key: MonthKey) -> Vec<(DayKey, Progress)> {
+        let may_hold = |(_, progress): &(&DayKey, &Progress)| key.may_hold(progress.extent);
+        self.progress.iter().filter(may_hold).map(|(day, progress)| (*day, *progress)).collect()
+    }
+
+    /// A month's file is lost: these days are read again. Of those that the archive lacks, `gone`, it stays known what came on them.
+    /// This is on the disk before it returns.
+    pub(crate) fn unread_month(&mut self, key: MonthKey, days: &[DayKey], gone: &[DayKey]) -> Result<()> {
         let unread = || -> rusqlite::Result<()> {
             let transaction = self.connection.unchecked_transaction()?;
-            for day in &days {
+            for day in days {
                 transaction
                     .execute("DELETE FROM archived WHERE address=?1 AND day=?2", (day.src.0, day.number()))?;
+            }
+            for day in gone {
+                transaction.execute(
+                    "UPDATE archived SET data_bytes=0,arrival_bytes=0 WHERE address=?1 AND day=?2",
+                    (day.src.0, day.number()),
+                )?;
             }
             transaction.execute("DELETE FROM month WHERE name=?1", [key.file_name()])?;
             transaction.commit()
         };
         unread().named(&self.path)?;
         for day in days {
-            self.progress.remove(&day);
-            self.changed_progress.remove(&day);
+            self.progress.remove(day);
+            self.changed_progress.remove(day);
+        }
+        for day in gone {
+            self.unread_gone(*day);
         }
         self.months.remove(&key);
         self.new_months.remove(&key);
         Ok(())
+    }
+
+    /// A day is gone from the archive: nothing of it counts as read, and it stays known what came on it.
+    pub(crate) fn unread_gone(&mut self, key: DayKey) {
+        let extent = self.progress(key).extent;
+        self.set_progress(key, Progress { lengths: Lengths::default(), extent });
+    }
+
+    /// Forgets what came on days of which nothing is left, neither in the archive nor in a month.
+    pub(crate) fn forget_gone(&mut self) {
+        let is_left = |progress: &Progress| {
+            progress.lengths != Lengths::default()
+                || self.months.iter().any(|key| key.may_hold(progress.extent))
+        };
+        let gone: Vec<DayKey> =
+            self.progress.iter().filter(|(_, progress)| !is_left(progress)).map(|(day, _)| *day).collect();
+        for day in gone {
+            self.set_progress(day, Progress::default());
+        }
     }
 
     pub(crate) fn progress(&self, key: DayKey) -> Progress {

@@ -29,10 +29,12 @@ pub(crate) use schema::ESTIMATED_STATE;
 pub use schema::Table;
 pub use tables::{Column, ColumnKind};
 
-use crate::archive::DayKey;
+use crate::archive::{DATA, DayKey, bytes, shortened};
 use crate::aside;
 use crate::error::{Named as _, Result};
 use crate::fingerprint;
+use crate::layout::ARCHIVE;
+use crate::opening::keep_log;
 use crate::packet::Arrived;
 use crate::range::NO_TIME_US;
 use catalogue::Catalogue;
@@ -112,22 +114,41 @@ impl History {
                 Sound::Empty | Sound::Newer => continue,
                 Sound::Yes => {
                     // One whose compression was broken off at its end has none. What cannot be written now is written later.
-                    month::keep_log(&self.folder.join(name)).ok();
+                    keep_log(&self.folder.join(name)).ok();
                     self.catalogue.add_month(key);
                     continue;
                 }
             };
-            self.catalogue.unread_month(key)?;
+            self.unread_month(key)?;
             notes.push(put_aside(&self.folder, name, why)?);
         }
         for key in self.catalogue.months() {
             let name = key.file_name();
             if !found.iter().any(|(there, _)| *there == name) {
-                self.catalogue.unread_month(key)?;
+                self.unread_month(key)?;
                 notes.push(format!("history/{name} is gone: it is made again from the archive"));
             }
         }
         Ok(())
+    }
+
+    /// Has the days that may have samples in a month read again. A day that the archive lacks, or has less of than was read, is written
+    /// down before it is forgotten that it was read.
+    fn unread_month(&mut self, key: MonthKey) -> Result<()> {
+        let root = self.folder.parent().unwrap_or(&self.folder).join(ARCHIVE);
+        let (mut days, mut gone) = (Vec::new(), Vec::new());
+        for (day, progress) in self.catalogue.days_of(key) {
+            let there = bytes::plain_bytes(&day.folder(&root), DATA);
+            if let Ok(is) = there.as_ref().map(|bytes| bytes.unwrap_or(0))
+                && is < progress.lengths.data
+            {
+                shortened::add(&root, &day.name(), progress.lengths.data, is)?;
+            }
+            // One that cannot be read now is read when it can.
+            let list = if matches!(there, Ok(None)) { &mut gone } else { &mut days };
+            list.push(day);
+        }
+        self.catalogue.unread_month(key, &days, &gone)
     }
 
     /// Whether there was no catalogue, and so nothing that says what was read.
@@ -234,6 +255,16 @@ impl History {
         self.catalogue.set_progress(key, progress);
     }
 
+    /// A day is gone from the archive, or will be: see [`Self::forget_gone`].
+    pub(crate) fn unread_gone(&mut self, key: DayKey) {
+        self.catalogue.unread_gone(key);
+    }
+
+    /// Forgets what came on days of which nothing is left, neither in the archive nor in a month.
+    pub(crate) fn forget_gone(&mut self) {
+        self.catalogue.forget_gone();
+    }
+
     /// The first of `count` times of arrival, from `now_us` on, that no import had before.
     pub(crate) fn reserve_arrivals(&mut self, now_us: i64, count: usize) -> Result<i64> {
         self.catalogue.reserve_arrivals(now_us, count)
@@ -288,7 +319,7 @@ impl History {
         let mut connection = Connection::open_with_flags(path, flags).named(path)?;
         chunk::set_aside(&mut connection, place).named(path)?;
         if matches!(place, Place::Rows(_)) {
-            self.catalogue.unread_month(key)?;
+            self.unread_month(key)?;
         }
         Ok(true)
     }

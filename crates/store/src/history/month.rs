@@ -10,7 +10,7 @@ use super::schema::{MONTH, SHORT, Schema, Table};
 use crate::error::{Named as _, Result, StoreError};
 use imc::catalogue::MESSAGES;
 use imc::json::NestedText;
-use rusqlite::{Connection, OpenFlags, OptionalExtension as _};
+use rusqlite::{Connection, OptionalExtension as _};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -473,15 +473,6 @@ fn mark_stale(connection: &Connection, group: GroupKey, window: i64) -> rusqlite
         .prepare_cached("INSERT OR IGNORE INTO _stale VALUES (?1,?2,?3,?4)")?
         .execute((group.id, group.src, group.src_ent, window))
         .map(drop)
-}
-
-/// Makes a database one with a log, where it is not.
-pub(crate) fn keep_log(path: &Path) -> rusqlite::Result<()> {
-    // A name that has no file gets none.
-    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let connection = Connection::open_with_flags(path, flags)?;
-    let form: String = connection.query_row("PRAGMA journal_mode", (), |row| row.get(0))?;
-    if form == "wal" { Ok(()) } else { connection.execute_batch("PRAGMA journal_mode = WAL") }
 }
 
 fn load_groups(connection: &Connection) -> rusqlite::Result<BTreeMap<GroupKey, Group>> {

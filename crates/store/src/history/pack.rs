@@ -1,17 +1,17 @@
 //! Making a packed month of a month: a new file beside it, read back row by row.
 
 use super::chunk::codec::{self, Column, FULL_BYTES, ROWS};
-use super::chunk::{BEFORE, Declared, TABLES, declared, declared_in, is_packed, owner, rolled};
+use super::chunk::{BEFORE, Declared, Seen, TABLES, columns_in_use, declared, is_packed, owner, rolled};
 use super::columns::{SENT, columns_of};
 use super::group::GroupKey;
 use super::look;
-use super::month::{PACKED_VERSION, VERSION, keep_log};
+use super::month::{PACKED_VERSION, VERSION};
 use super::order::Order;
 use super::rollup;
 use super::rows::{Question, Row};
 use super::schema::{KEY_COLUMNS, MONTH, SHORT, Schema};
 use crate::error::{Named as _, Result, StoreError};
-use crate::opening::{FileId, connect};
+use crate::opening::{FileId, connect, keep_log};
 use crate::range::TimeRange;
 use crate::reader::{self, Memory};
 use rusqlite::types::{ToSqlOutput, ValueRef};
@@ -23,7 +23,7 @@ use std::path::Path;
 const NEW: &str = "PRAGMA page_size = 1024; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; \
                    PRAGMA locking_mode = EXCLUSIVE; PRAGMA cache_size = -8000; PRAGMA temp_store = MEMORY";
 /// Tables that are not copied: what they hold is in chunks, or belongs to those.
-const OWN: [&str; 6] = ["_short", "_rollup", "_direction", "_chunk", "_layout", "_rolled"];
+const OWN: [&str; 7] = ["_short", "_rollup", "_direction", "_chunk", "_layout", "_layout_copy", "_rolled"];
 /// The columns that every question asks for first, as a chunk has them after the time.
 const FIRST: [&str; BEFORE - 1] = ["hash", "received_us", "dst", "dst_ent", SENT];
 
@@ -86,6 +86,25 @@ struct Work<'w> {
     is_stopped: bool,
 }
 
+/// Bytes of a new file after which they are put on the disk.
+const SYNC_BYTES: u64 = 8 << 20;
+
+/// Puts a new file on the disk while it grows: one long sync at its end would hold up those of the recorder.
+struct Syncing {
+    file: File,
+    synced: u64,
+}
+
+impl Syncing {
+    /// Syncs when enough was written. What fails here fails again at the end, and is an error there.
+    fn keep_up(&mut self) {
+        let bytes = self.file.metadata().map_or(0, |file| file.len());
+        if bytes >= self.synced + SYNC_BYTES && self.file.sync_data().is_ok() {
+            self.synced = bytes;
+        }
+    }
+}
+
 /// Steps between two looks whether it goes on.
 const STEPS: u64 = 4_096;
 
@@ -99,7 +118,12 @@ pub(crate) fn make(
 ) -> Result<u64> {
     let target = Connection::open(part).named(part)?;
     target.execute_batch(NEW).named(part)?;
-    let mut work = Work::new(&source.connection, &target, &mut *goes_on, 0);
+    let mut syncing = Syncing { file: File::open(part).named(part)?, synced: 0 };
+    let mut goes_on_synced = |rows| {
+        syncing.keep_up();
+        goes_on(rows)
+    };
+    let mut work = Work::new(&source.connection, &target, &mut goes_on_synced, 0);
     target.execute_batch("BEGIN").named(part)?;
     let tables = work.copy(path, part)?;
     target.execute_batch("COMMIT").named(part)?;
@@ -189,13 +213,7 @@ impl<'w> Work<'w> {
             }
         }
         if is_packed(self.source)? {
-            let mut statement = self.source.prepare(
-                "SELECT id,columns FROM _layout WHERE layout IN (SELECT layout FROM _chunk) ORDER BY layout",
-            )?;
-            let layouts = statement.query_map((), |row| Ok((row.get(0)?, row.get(1)?)))?;
-            for one in layouts {
-                let (id, text): (u16, String) = one?;
-                let columns = declared_in(&text);
+            for (id, columns) in columns_in_use(self.source)? {
                 match found.messages.iter_mut().find(|(of, _)| *of == id) {
                     None => found.messages.push((id, columns)),
                     Some((_, all)) => {
@@ -279,12 +297,12 @@ impl<'w> Work<'w> {
     /// Holds the roll-ups of the new file against those of the month.
     fn has_same_rolled(&mut self) -> rusqlite::Result<bool> {
         let (mut own, mut new) = (0, 0);
-        let mut same = true;
+        let (mut same, mut seen) = (true, Seen::default());
         let (source, target) = (self.source, self.target);
         rolled::each(source, &mut |series, level_s, cells| {
             own += cells.len();
             if let Some((first, last)) = cells.keys().next().zip(cells.keys().next_back()) {
-                let there = rollup::stored(target, series, level_s, *first..last + 1, true)?;
+                let there = rollup::stored(target, series, level_s, *first..last + 1, true, &mut seen)?;
                 same &= there == cells;
             }
             Ok(cells.iter().all(|_| self.step()))
@@ -549,7 +567,11 @@ fn layout_of(target: &Connection, id: u16, text: &str) -> rusqlite::Result<i64> 
     let mut find = target.prepare_cached("SELECT layout FROM _layout WHERE id=?1 AND columns=?2")?;
     match find.query_row((id, text), |row| row.get(0)) {
         Err(rusqlite::Error::QueryReturnedNoRows) => {
-            target.prepare_cached("INSERT INTO _layout (id,columns) VALUES (?1,?2)")?.insert((id, text))
+            let layout = target
+                .prepare_cached("INSERT INTO _layout (id,columns) VALUES (?1,?2)")?
+                .insert((id, text))?;
+            target.prepare_cached("INSERT INTO _layout_copy VALUES (?1,?2)")?.execute((layout, text))?;
+            Ok(layout)
         }
         other => other,
     }

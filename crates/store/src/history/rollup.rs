@@ -182,9 +182,10 @@ pub(crate) fn stored(
     level_s: i64,
     cells: Range<i64>,
     angles: bool,
+    seen: &mut chunk::Seen,
 ) -> rusqlite::Result<BTreeMap<i64, Cell>> {
     let mut found = BTreeMap::new();
-    chunk::add_rolled(connection, series, level_s, cells.clone(), &mut found)?;
+    chunk::add_rolled(connection, series, level_s, cells.clone(), seen, &mut found)?;
     let mut statement = connection.prepare_cached(if angles { ANGLES } else { NUMBERS })?;
     let mut rows = statement.query((series, level_s, cells.start, cells.end))?;
     while let Some(row) = rows.next()? {

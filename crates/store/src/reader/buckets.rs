@@ -8,6 +8,7 @@
 use super::{Reader, Source};
 use crate::error::{Result, StoreError};
 use crate::history::Order;
+use crate::history::chunk::Seen;
 use crate::history::rollup::{self, Cell, LEVELS_S, WINDOW_US, merge_into, number, window};
 use crate::history::rows::Question;
 use crate::history::{Column, Extent, GroupKey, MonthKey};
@@ -120,8 +121,9 @@ impl Reader {
                 let snapshot = connection.unchecked_transaction()?;
                 if let Some(question) = Question::new(connection, table, group, &[name], Order::Oldest)? {
                     let series = series(connection, group, name)?;
+                    let (cells, seen) = (&mut cells, Seen::default());
                     let mut month =
-                        MonthCells { connection, group, series, circle, question, grid, cells: &mut cells };
+                        MonthCells { connection, group, series, circle, question, grid, cells, seen };
                     month.read(part)?;
                 }
                 snapshot.finish()
@@ -217,6 +219,7 @@ struct MonthCells<'m> {
     question: Question<'m>,
     grid: Grid,
     cells: &'m mut [Option<Cell>],
+    seen: Seen,
 }
 
 impl MonthCells<'_> {
@@ -269,7 +272,9 @@ impl MonthCells<'_> {
             return self.samples(first * level_us, end * level_us);
         }
         let angles = self.circle.is_some();
-        for (at, cell) in rollup::stored(self.connection, series, LEVELS_S[level], first..end, angles)? {
+        let cells =
+            rollup::stored(self.connection, series, LEVELS_S[level], first..end, angles, &mut self.seen)?;
+        for (at, cell) in cells {
             let at_us = at * level_us;
             if self.circle.is_some() && cell.direction.is_none() {
                 self.samples(at_us, at_us + level_us)?;

@@ -46,7 +46,7 @@ pub struct RecordedDay {
     pub day: UtcTime,
     /// First and last time by the sender's clock, and how many packets.
     pub extent: Extent,
-    /// Bytes of its packets.
+    /// Bytes of its packets in the archive; 0 for a day that was removed there, of which months still have messages.
     pub bytes: u64,
 }
 

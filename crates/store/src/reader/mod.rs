@@ -29,7 +29,7 @@ use crate::history::look;
 use crate::history::schema::Schema;
 use crate::history::{self, CATALOGUE, GroupKey, MonthKey, Names, Table};
 use crate::layout::HISTORY;
-use crate::opening::connect;
+use crate::opening::{connect, has_log, keep_log};
 use crate::range::TimeRange;
 use imc::Address;
 use rusqlite::Connection;
@@ -196,7 +196,11 @@ impl Reader {
 
 /// As [`open`], but refuses what a later version wrote: what its tables mean is not known.
 fn open_known(path: &Path, memory: Memory) -> Result<Connection> {
-    let connection = open(path, memory).named(path)?;
+    let mut connection = open(path, memory).named(path)?;
+    // Its compression was broken off at its end. A reader of a file without a log holds no lock, and it could be replaced below it.
+    if !has_log(&connection).named(path)? && keep_log(path).is_ok() {
+        connection = open(path, memory).named(path)?;
+    }
     match look::version(&connection).named(path)? {
         version if version > history::latest_version(path) => {
             Err(StoreError::Newer { path: path.to_owned() })

@@ -298,3 +298,66 @@ fn a_reindex_that_would_lose_says_what_and_how_to_go_on_and_the_doctor_says_the_
         assert!(!folder.path().join("history/refused").exists());
     }
 }
+
+/// What the list of recorded days says: the day, how many packets came on it, and how many bytes of them the archive has.
+fn listed(folder: &Path) -> Vec<(i64, u64, u64)> {
+    let days = Reader::open(folder).unwrap().recorded_days().unwrap();
+    days.iter().map(|day| (day.day.micros(), day.extent.count, day.bytes)).collect()
+}
+
+#[test]
+fn a_day_and_a_month_that_are_lost_at_once_are_both_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path());
+    let before = listed(folder.path());
+    fs::remove_dir_all(folder.path().join("archive/0x2810/20261121")).unwrap();
+    let cut = folder.path().join("archive/0x2810/20261122/Data.lsf");
+    let cut = fs::File::options().write(true).open(cut).unwrap();
+    cut.set_len(cut.metadata().unwrap().len() / 2).unwrap();
+    for month in ["2026-10.sqlite", "2026-11.sqlite"] {
+        fs::write(folder.path().join("history").join(month), "no database").unwrap();
+    }
+    let mut store = Store::open_at_once(folder.path()).unwrap();
+    let notes = store.repairs().notes.join("; ");
+    for lost in ["archive/0x2810/20261121: of ", "archive/0x2810/20261122: of "] {
+        assert!(notes.contains(lost), "{lost} is not reported: {notes}");
+    }
+    until_whole(&mut store);
+    store.close().unwrap();
+    let after = listed(folder.path());
+    assert_eq!(after.len(), before.len(), "what came on the day stays listed: {after:?}");
+    let oldest = after.last().unwrap();
+    assert_eq!((oldest.0, oldest.1, oldest.2), (before.last().unwrap().0, before.last().unwrap().1, 0));
+}
+
+#[test]
+fn a_pruned_day_stays_listed_while_a_month_has_it_and_is_read_when_it_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path());
+    let (before, samples) = (listed(folder.path()), dump(folder.path()));
+    let (day, kept) = (folder.path().join("archive/0x2810/20261121"), folder.path().join("kept"));
+    fs::create_dir(&kept).unwrap();
+    for name in ["Data.lsf", "Arrivals.idx"] {
+        fs::copy(day.join(name), kept.join(name)).unwrap();
+    }
+    let mut store = Store::open(folder.path()).unwrap();
+    let pruning = Retention { archive_before: Some(utc(START_US + DAY_US)), ..Retention::default() };
+    assert_eq!(store.retain(&pruning).unwrap().len(), 1);
+    store.close().unwrap();
+    let mut pruned = before.clone();
+    pruned.last_mut().unwrap().2 = 0;
+    assert_eq!(listed(folder.path()), pruned);
+    fs::write(folder.path().join("history/2026-10.sqlite"), "no database").unwrap();
+    let mut store = Store::open_at_once(folder.path()).unwrap();
+    until_whole(&mut store);
+    store.close().unwrap();
+    assert_eq!(listed(folder.path()), pruned, "a month was made again from the days that are left");
+    fs::rename(&kept, &day).unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    store.settle().unwrap();
+    assert_eq!(listed(folder.path()), before, "the day came back from a backup");
+    assert!(dump(folder.path()) == samples);
+    let later = Some(utc(START_US + 60 * DAY_US));
+    store.retain(&Retention { archive_before: later, history_before: later }).unwrap();
+    assert_eq!(listed(folder.path()), [], "nothing of it is left");
+}

@@ -265,16 +265,8 @@ fn compressing_child() {
 }
 
 /// Runs a child of these tests, by the test that it is and the variable that names its folder, and kills it at a step.
-fn kill_at((child, variable): (&str, &str), folder: &Path, step: &str) {
-    let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", child, "--nocapture"])
-        .env(variable, folder)
-        .env(STOP_AT, step)
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
-    assert!(lines.any(|line| line.contains("stands at")), "the child did not come to {step}");
+fn kill_at(child: (&str, &str), folder: &Path, step: &str) {
+    let mut child = stand_at(child, folder, step);
     child.kill().unwrap();
     child.wait().unwrap();
 }
@@ -329,6 +321,73 @@ fn month_child() {
     let packed = packed.unwrap();
     step(MonthStep::Made);
     store.adopt_month_watched(packed, &mut step).unwrap().done().unwrap();
+}
+
+/// Starts a child of these tests and waits until it stands at a step.
+fn stand_at((child, variable): (&str, &str), folder: &Path, step: &str) -> std::process::Child {
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", child, "--nocapture"])
+        .env(variable, folder)
+        .env(STOP_AT, step)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.contains("stands at")), "the child did not come to {step}");
+    child
+}
+
+#[test]
+fn readers_that_open_a_month_while_it_is_replaced_have_all_of_it_whether_or_not_the_server_is_killed() {
+    const PACKETS: u64 = 5_000;
+    let source = Source { system: OTTER, entity: 5, message: "Temperature".to_owned() };
+    let count = |reader: &mut Reader| {
+        let samples = reader.samples(&source, &["value"], TimeRange::ALL, 9_999).unwrap();
+        assert!(samples.values[0].iter().enumerate().all(|(at, value)| *value as usize == at));
+        samples.values[0].len() as u64
+    };
+    for step in MonthStep::ALL {
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(folder.path()).unwrap();
+        for seq in 0..PACKETS {
+            accept_link(&mut store, &sample(seq), START_US, seq);
+        }
+        store.close().unwrap();
+        let mut child = stand_at(("kill::month_child", SEALING), folder.path(), &format!("{step:?}"));
+        // At one step the month is locked: this waits then, and goes on when the process is gone.
+        let reading = std::thread::scope(|scope| {
+            let reading = scope.spawn(|| {
+                let mut reader = Reader::open(folder.path()).unwrap();
+                assert_eq!(count(&mut reader), PACKETS, "{step:?}");
+                reader
+            });
+            child.kill().unwrap();
+            child.wait().unwrap();
+            reading.join().unwrap()
+        });
+        let mut reader = reading;
+        // It stays open while the next server starts and compresses the month after all.
+        let mut store = Store::open(folder.path()).unwrap();
+        assert_eq!((store.behind(), &store.repairs().notes), (None, &Vec::new()), "{step:?}");
+        let due =
+            plan_months(folder.path(), 3, UtcTime::from_micros(START_US + 60 * 86_400_000_000)).unwrap();
+        assert_eq!(due.len(), usize::from(step != MonthStep::Named), "{step:?}");
+        for month in due {
+            assert!(store.ready_month(month.key).unwrap());
+            let packed = PackedMonth::make(folder.path(), &month, &mut |_| true).unwrap();
+            let busy = store.adopt_month(packed).unwrap();
+            assert!(
+                matches!(busy, store::Adopted::Busy(_)),
+                "{step:?}: it is replaced below a reader: {busy:?}"
+            );
+            assert_eq!(count(&mut reader), PACKETS, "{step:?}");
+            drop(reader);
+            let store::Adopted::Busy(packed) = busy else { panic!("it was busy") };
+            assert!(store.adopt_month(packed).unwrap().done().is_some(), "{step:?}");
+            reader = Reader::open(folder.path()).unwrap();
+        }
+        assert_eq!(count(&mut reader), PACKETS, "{step:?}");
+    }
 }
 
 #[test]

@@ -445,14 +445,98 @@ fn a_month_with_damaged_chunks_is_compressed_again_without_them() {
 fn columns_that_changed_their_names_by_a_fault_are_seen() {
     let folder = tempfile::tempdir().unwrap();
     compressed(folder.path(), 100);
-    sql(&november(folder.path()), "UPDATE _layout SET columns=replace(columns,'value','valve')");
+    let valve = "SET columns=replace(columns,'value','valve')";
+    sql(&november(folder.path()), &format!("UPDATE _layout {valve}; UPDATE _layout_copy {valve}"));
     let asked = Reader::open(folder.path())
         .unwrap()
         .samples(&source(), &["value"], TimeRange::ALL, 1_000)
         .unwrap_err();
     assert!(asked.to_string().contains("its sum is wrong"), "{asked}");
-    sql(&november(folder.path()), "DELETE FROM _layout");
+    sql(&november(folder.path()), "DELETE FROM _layout; DELETE FROM _layout_copy");
     assert!(told(folder.path(), "the list of its columns is gone"));
+}
+
+#[test]
+fn a_damaged_list_of_columns_makes_nothing_unreadable() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut all = 3_000;
+    compressed(folder.path(), all);
+    let assert_whole = |all: i64, when: &str| {
+        let mut reader = Reader::open(folder.path()).unwrap();
+        let samples = reader.samples(&source(), &["value"], TimeRange::ALL, 10_000).unwrap();
+        let expected: Vec<f64> = (0..all).map(|at| at as f64).collect();
+        assert_eq!(samples.values[0], expected, "{when}");
+    };
+    for damage in [
+        "UPDATE _layout SET columns=replace(columns,'value','valve')",
+        "DELETE FROM _layout",
+        "UPDATE _layout_copy SET columns=''",
+        "DELETE FROM _layout_copy",
+    ] {
+        sql(&november(folder.path()), damage);
+        assert_whole(all, damage);
+        assert!(!told(folder.path(), "damaged"), "{damage}");
+        // Compressing the month again writes both again.
+        let mut store = Store::open(folder.path()).unwrap();
+        let late: Vec<Vec<u8>> =
+            (all..all + 200).map(|at| temperature(START_US + at * SECOND_US, at as f32)).collect();
+        take(&mut store, &late, START_US + DAY_US);
+        all += 200;
+        assert_eq!(compress(&mut store).len(), 1, "{damage}");
+        store.close().unwrap();
+        assert_whole(all, damage);
+    }
+}
+
+#[test]
+fn chunks_without_a_list_of_columns_are_set_aside_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    compressed(folder.path(), 5_000);
+    sql(&november(folder.path()), "DELETE FROM _layout; DELETE FROM _layout_copy");
+    let mut store = Store::open(folder.path()).unwrap();
+    accept(&mut store, &temperature(START_US + 5, 3.0), START_US + DAY_US, Transport::Tcp);
+    store.commit().unwrap();
+    let left = || -> i64 {
+        let connection = rusqlite::Connection::open(november(folder.path())).unwrap();
+        connection.query_row("SELECT count(*) FROM _chunk", (), |row| row.get(0)).unwrap()
+    };
+    assert_eq!(left(), 0, "the first that was met tells of all");
+    store.settle().unwrap();
+    assert_eq!((store.behind(), samples(folder.path())), (None, 5_001));
+    assert!(told(folder.path(), "5 damaged chunks were read again from the archive"));
+}
+
+#[test]
+fn a_log_that_is_imported_again_adds_nothing_where_a_chunk_is_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    compressed(folder.path(), 3_000);
+    let log = folder.path().join("vessel.lsf");
+    let all: Vec<u8> = (0..3_000).flat_map(|at| temperature(START_US + at * SECOND_US, at as f32)).collect();
+    fs::write(&log, [all, temperature(START_US + 5, 3.0)].concat()).unwrap();
+    sql(&november(folder.path()), "UPDATE _chunk SET body=x'00' WHERE chunk IN (1, 2)");
+    let mut store = Store::open(folder.path()).unwrap();
+    let logs = [log];
+    let imported = store.import(&logs, utc(START_US + DAY_US), &mut |_| true).unwrap();
+    assert_eq!((imported.packets, imported.added, imported.problems), (3_001, 1, Vec::new()));
+    assert_eq!(samples(folder.path()), 3_001);
+    // Slices, as a server takes them between its commits.
+    sql(&november(folder.path()), "UPDATE _chunk SET body=x'00' WHERE chunk=3");
+    store.close().unwrap();
+    let mut store = Store::open_at_once(folder.path()).unwrap();
+    let mut import = store::LogImport::begin(&mut store, &logs[0], utc(START_US + DAY_US)).unwrap();
+    let mut tries = 0;
+    loop {
+        match import.read_some(&mut store, 500, u64::MAX) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(store::StoreError::Behind(_)) => tries += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert_eq!((import.imported().packets, import.imported().added), (3_001, 0));
+    assert!(tries > 0, "the chunk was met");
+    store.settle().unwrap();
+    assert_eq!(samples(folder.path()), 3_001);
 }
 
 #[test]

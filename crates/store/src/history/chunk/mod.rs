@@ -3,7 +3,8 @@
 //! A packed month has the tables of every month, except those of messages: their rows are in `_chunk`, some of one group each, in
 //! the order of the key, and its roll-ups are in `_rolled`. What still comes for it goes into ordinary tables. Chunks do not overlap, and no ordinary row lies
 //! within one: a row that comes for the time of a chunk makes ordinary rows of all of it ([`late`]). The next packing makes
-//! chunks again.
+//! chunks again. The columns of many chunks are listed once, in `_layout`, and once more in `_layout_copy`: whichever a chunk's sum
+//! confirms counts, so that no single fault there makes all of a message unreadable.
 
 pub(super) mod codec;
 mod late;
@@ -12,6 +13,7 @@ pub(super) mod rolled;
 
 pub(crate) use late::Late;
 pub(super) use read::{Chunks, Open};
+pub(crate) use rolled::Seen;
 pub(super) use rolled::add as add_rolled;
 
 use super::group::GroupKey;
@@ -23,6 +25,7 @@ use units::UtcTime;
 pub(super) const TABLES: &str = "
 CREATE TABLE IF NOT EXISTS _layout (
   layout INTEGER PRIMARY KEY, id INTEGER NOT NULL, columns TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS _layout_copy (layout INTEGER PRIMARY KEY, columns TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS _chunk (
   chunk INTEGER PRIMARY KEY, id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL,
   first_us INTEGER NOT NULL, first_hash INTEGER NOT NULL, last_us INTEGER NOT NULL, last_hash INTEGER NOT NULL,
@@ -148,21 +151,29 @@ pub(crate) fn set_aside(connection: &mut Connection, place: Place) -> rusqlite::
     match place {
         Place::Rows(chunk) => {
             transaction.execute_batch(DAMAGED)?;
-            transaction.execute(
+            let which = lost_with(&transaction, chunk)?;
+            transaction.execute_batch(&format!(
                 "INSERT INTO _damaged SELECT *,(SELECT columns FROM _layout WHERE _layout.layout=_chunk.layout) \
-                 FROM _chunk WHERE chunk=?1",
-                [chunk],
-            )?;
-            transaction.execute(
-                "UPDATE _group SET count=max(0,_group.count-gone.count) FROM _chunk AS gone WHERE gone.chunk=?1 \
-                 AND _group.id=gone.id AND _group.src=gone.src AND _group.src_ent=gone.src_ent",
-                [chunk],
-            )?;
-            transaction.execute("DELETE FROM _chunk WHERE chunk=?1", [chunk])?;
+                 FROM _chunk WHERE {which};
+                 UPDATE _group SET count=max(0,_group.count-gone.count) FROM \
+                 (SELECT id,src,src_ent,sum(count) AS count FROM _chunk WHERE {which} GROUP BY 1,2,3) AS gone \
+                 WHERE _group.id=gone.id AND _group.src=gone.src AND _group.src_ent=gone.src_ent;
+                 DELETE FROM _chunk WHERE {which}"
+            ))?;
         }
         Place::Rolled(rolled) => rolled::remove(&transaction, rolled)?,
     }
     transaction.commit()
+}
+
+/// Which chunks are lost with one that is damaged, as a condition: that alone, or all that have its columns where their list is gone.
+fn lost_with(connection: &Connection, chunk: i64) -> rusqlite::Result<String> {
+    let mut find = connection.prepare("SELECT layout FROM _chunk WHERE chunk=?1")?;
+    let layout: Option<i64> = find.query_row([chunk], |row| row.get(0)).optional()?;
+    Ok(match layout {
+        Some(layout) if layouts(connection, layout)?.is_empty() => format!("layout={layout}"),
+        _ => format!("chunk={chunk}"),
+    })
 }
 
 /// A column of a message's table, and its type in SQL.
@@ -172,11 +183,45 @@ pub(super) struct Declared {
     pub(super) kind: String,
 }
 
-/// The columns of a layout as they stand in the month, which are those of a chunk after the first [`BEFORE`]; `None` when there is no
-/// such layout.
-pub(super) fn layout(connection: &Connection, layout: i64) -> rusqlite::Result<Option<String>> {
+/// The columns of a layout as they stand in the month, which are those of a chunk after the first [`BEFORE`]; `None` when they do not
+/// stand there.
+fn layout(connection: &Connection, layout: i64) -> rusqlite::Result<Option<String>> {
     let mut find = connection.prepare_cached("SELECT columns FROM _layout WHERE layout=?1")?;
     find.query_row([layout], |row| row.get(0)).optional()
+}
+
+/// Their copy.
+fn layout_copy(connection: &Connection, layout: i64) -> rusqlite::Result<Option<String>> {
+    if super::columns::columns_of(connection, "_layout_copy")?.is_empty() {
+        return Ok(None);
+    }
+    let mut find = connection.prepare_cached("SELECT columns FROM _layout_copy WHERE layout=?1")?;
+    find.query_row([layout], |row| row.get(0)).optional()
+}
+
+/// Both, as far as they are there.
+fn layouts(connection: &Connection, number: i64) -> rusqlite::Result<Vec<String>> {
+    let both = [layout(connection, number)?, layout_copy(connection, number)?];
+    Ok(both.into_iter().flatten().collect())
+}
+
+/// The messages that chunks are of, and their columns by the first chunk of each layout.
+pub(super) fn columns_in_use(connection: &Connection) -> rusqlite::Result<Vec<(u16, Vec<Declared>)>> {
+    let mut statement = connection.prepare(
+        "SELECT layout,id,src,src_ent,body FROM _chunk WHERE chunk IN (SELECT min(chunk) FROM _chunk GROUP BY layout) ORDER BY layout",
+    )?;
+    let mut rows = statement.query(())?;
+    let mut found = Vec::new();
+    while let Some(row) = rows.next()? {
+        let group = GroupKey { id: row.get(1)?, src: row.get(2)?, src_ent: row.get(3)? };
+        let texts = layouts(connection, row.get(0)?)?;
+        let body = row.get_ref(4)?.as_blob()?;
+        let is_its = |text: &&String| codec::Body::open(body, &owner(group, text)).is_ok();
+        if let Some(text) = texts.iter().find(is_its).or(texts.first()) {
+            found.push((group.id, declared_in(text)));
+        }
+    }
+    Ok(found)
 }
 
 /// The columns of a layout's text.

@@ -1,7 +1,7 @@
 //! Reading the rows of chunks, one after another.
 
 use super::codec::{Body, Column, Damaged};
-use super::{BEFORE, Declared, HEAD, Head, Key, SENT_AT, declared_in, layout, owner};
+use super::{BEFORE, Declared, HEAD, Head, Key, SENT_AT, declared_in, layout, layout_copy, owner};
 use crate::history::columns::SENT;
 use crate::history::group::GroupKey;
 use crate::history::order::Order;
@@ -24,12 +24,11 @@ impl Open {
         connection: &Connection,
         group: GroupKey,
         head: &Head,
-        places: impl FnOnce(&[Declared]) -> Vec<Option<usize>>,
+        mut places: impl FnMut(&[Declared]) -> Vec<Option<usize>>,
     ) -> rusqlite::Result<Self> {
-        let layout = layout(connection, head.layout)?;
         let mut find = connection.prepare_cached("SELECT body FROM _chunk WHERE chunk=?1")?;
         let bytes: Option<Vec<u8>> = find.query_row([head.chunk], |row| row.get(0)).optional()?;
-        let unpack = || -> Result<Self, Damaged> {
+        let mut unpack = |layout: Option<String>| -> Result<Self, Damaged> {
             let bytes = bytes.as_deref().ok_or(Damaged::GONE)?;
             let layout = layout.ok_or(Damaged::LAYOUT)?;
             let body = Body::open(bytes, &owner(group, &layout))?;
@@ -49,7 +48,11 @@ impl Open {
                 places.map(|at| at.map(|at| body.column(at)).transpose()).collect::<Result<_, _>>()?;
             Ok(Self { chunk: head.chunk, times, hashes, columns })
         };
-        unpack().map_err(|why| head.damaged(group, why))
+        match unpack(layout(connection, head.layout)?) {
+            Ok(open) => Ok(open),
+            // The list of its columns may be damaged, and not the chunk.
+            Err(why) => unpack(layout_copy(connection, head.layout)?).map_err(|_| head.damaged(group, why)),
+        }
     }
 
     pub(super) fn rows(&self) -> usize {

@@ -22,8 +22,26 @@ const COLUMNS: usize = 12;
 const AT_ONCE: i64 = 1 << 15;
 
 type Key = (i64, i64, i64);
-/// A chunk's number and bytes.
-type Numbered = (i64, Vec<u8>);
+
+/// The chunk that was unpacked last: a question for several levels mostly needs it again. Of one month, and one moment.
+#[derive(Default)]
+pub(crate) struct Seen(Option<(i64, Open)>);
+
+impl Seen {
+    fn read(&mut self, connection: &Connection, rolled: i64) -> rusqlite::Result<&Open> {
+        let one = match self.0.take().filter(|(seen, _)| *seen == rolled) {
+            Some(one) => one,
+            None => {
+                let mut find = connection.prepare_cached("SELECT body FROM _rolled WHERE rolled=?1")?;
+                let body = find.query_row([rolled], |row| {
+                    Ok(open(row.get_ref(0)?.as_blob()?).map_err(|why| damaged(rolled, why)))
+                })?;
+                (rolled, body?)
+            }
+        };
+        Ok(&self.0.insert(one).1)
+    }
+}
 
 /// Adds the cells of a level that are in chunks.
 pub(crate) fn add(
@@ -31,14 +49,15 @@ pub(crate) fn add(
     series: i64,
     level_s: i64,
     cells: Range<i64>,
+    seen: &mut Seen,
     found: &mut BTreeMap<i64, Cell>,
 ) -> rusqlite::Result<()> {
     if !is_packed(connection)? || cells.is_empty() {
         return Ok(());
     }
     let (from, to) = ((series, level_s, cells.start), (series, level_s, cells.end));
-    for body in bodies(connection, from, to)? {
-        let columns = open(&body.1).map_err(|why| damaged(body.0, why))?;
+    for rolled in chunks(connection, from, to)? {
+        let columns = seen.read(connection, rolled)?;
         for row in 0..columns.rows {
             if (from..to).contains(&columns.key(row)) {
                 found.insert(columns.key(row).2, columns.cell(row));
@@ -49,27 +68,25 @@ pub(crate) fn add(
 }
 
 /// The chunks that may have what is between two keys.
-fn bodies(connection: &Connection, from: Key, to: Key) -> rusqlite::Result<Vec<Numbered>> {
+fn chunks(connection: &Connection, from: Key, to: Key) -> rusqlite::Result<Vec<i64>> {
     // They do not overlap: one begins before, the others within.
     let mut before = connection.prepare_cached(
-        "SELECT rolled,body,last_series,last_level_s,last_cell FROM _rolled WHERE (series,level_s,cell)<=(?1,?2,?3) \
+        "SELECT rolled,last_series,last_level_s,last_cell FROM _rolled WHERE (series,level_s,cell)<=(?1,?2,?3) \
          ORDER BY series DESC,level_s DESC,cell DESC LIMIT 1",
     )?;
     let first = before
-        .query_row(from, |row| Ok(((row.get(0)?, row.get(1)?), (row.get(2)?, row.get(3)?, row.get(4)?))))
+        .query_row(from, |row| Ok((row.get(0)?, (row.get(1)?, row.get(2)?, row.get(3)?))))
         .optional()?
-        .filter(|(_, last): &(Numbered, Key)| *last >= from);
-    let mut bodies: Vec<Numbered> = first.into_iter().map(|(body, _)| body).collect();
+        .filter(|(_, last): &(i64, Key)| *last >= from);
+    let mut found: Vec<i64> = first.into_iter().map(|(rolled, _)| rolled).collect();
     let mut within = connection.prepare_cached(
-        "SELECT rolled,body FROM _rolled WHERE (series,level_s,cell)>(?1,?2,?3) AND (series,level_s,cell)<(?4,?5,?6) \
+        "SELECT rolled FROM _rolled WHERE (series,level_s,cell)>(?1,?2,?3) AND (series,level_s,cell)<(?4,?5,?6) \
          ORDER BY series,level_s,cell",
     )?;
-    let rows =
-        within.query_map((from.0, from.1, from.2, to.0, to.1, to.2), |row| Ok((row.get(0)?, row.get(1)?)))?;
-    for body in rows {
-        bodies.push(body?);
+    for rolled in within.query_map((from.0, from.1, from.2, to.0, to.1, to.2), |row| row.get(0))? {
+        found.push(rolled?);
     }
-    Ok(bodies)
+    Ok(found)
 }
 
 /// Reads all chunks.
@@ -163,6 +180,7 @@ pub(crate) fn each(
     let mut extent = connection.prepare(
         "SELECT min(first_us),max(last_us) FROM _group JOIN _field USING (id,src,src_ent) WHERE series=?1",
     )?;
+    let mut seen = Seen::default();
     for series in all {
         let (first_us, last_us): (Option<i64>, Option<i64>) =
             extent.query_row([series], |row| Ok((row.get(0)?, row.get(1)?)))?;
@@ -172,7 +190,7 @@ pub(crate) fn each(
             let end = at(last_us) + 1;
             for first in (at(first_us)..end).step_by(AT_ONCE as usize) {
                 let cells = first..end.min(first + AT_ONCE);
-                let cells = rollup::stored(connection, series, level_s, cells, true)?;
+                let cells = rollup::stored(connection, series, level_s, cells, true, &mut seen)?;
                 if !each(series, level_s, cells)? {
                     return Ok(());
                 }
