@@ -10,6 +10,8 @@
 mod grid;
 #[path = "common/memory.rs"]
 mod memory;
+#[path = "common/table.rs"]
+mod table;
 
 use charts::depth_index::{DepthIndex, IndexBuilder};
 use charts::s57::{Area, GeoPoint, Path as Ring};
@@ -19,6 +21,7 @@ use planner::{Cancel, Needs, Request, Route, Router};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
+use table::Row;
 use testkit::Numbers;
 use units::LatLon;
 
@@ -199,15 +202,15 @@ fn measure(water: &Made) {
     for clearance_m in [0.0, water.clearance_m] {
         let needs = Needs::depth_and_clearance(5.0, clearance_m);
         let router = Router::new(Arc::clone(&index));
-        for request in &requests {
-            by_lines(&router, request, &needs);
+        for (number, request) in requests.iter().enumerate() {
+            by_lines(&format!("{}-{number}", water.name), &router, request, &needs);
         }
     }
     by_grid(water, &index, &requests);
 }
 
 /// By the planner, every leg asked of the depth index again.
-fn by_lines(router: &Router, request: &Request, needs: &Needs) {
+fn by_lines(water: &str, router: &Router, request: &Request, needs: &Needs) {
     let ask = || router.route(request, needs, &Cancel::never()).unwrap();
     let begun = Instant::now();
     let untaught = ask();
@@ -223,12 +226,24 @@ fn by_lines(router: &Router, request: &Request, needs: &Needs) {
     assert!((route.length_m - untaught.length_m).abs() < 1e-3, "{} m before it learned", untaught.length_m);
     let begun = Instant::now();
     (0..AGAIN).for_each(|_| drop(ask()));
+    let again_ms = begun.elapsed().as_secs_f64() * 1e3 / f64::from(AGAIN);
+    let planner = format!("Lutra, {} m clear, every leg checked", needs.clearance_m);
+    let (length_m, nodes) = (route.length_m, route.effort.intervals);
+    let row = Row {
+        water,
+        planner: &planner,
+        first_ms,
+        again_ms: Some(again_ms),
+        length_m,
+        nodes,
+        prepared_ms: None,
+    };
+    row.note();
     println!(
-        "  Lutra, {} m clear: {:.1} m in {} legs; first {first_ms:.0} ms, again {:.2} ms, {} intervals{learned}; {}",
+        "  Lutra, {} m clear: {:.1} m in {} legs; first {first_ms:.0} ms, again {again_ms:.2} ms, {} intervals{learned}; {}",
         needs.clearance_m,
         route.length_m,
         route.legs.len(),
-        begun.elapsed().as_secs_f64() * 1e3 / f64::from(AGAIN),
         route.effort.intervals,
         memory()
     );
@@ -238,17 +253,18 @@ fn by_grid(water: &Made, index: &DepthIndex, requests: &[Request]) {
     let demand = Needs::depth_and_clearance(5.0, 0.0).demand;
     let begun = Instant::now();
     let middle = Made::place([0.0, 0.0]);
-    let grid = ClassicGrid::new(index, &demand, middle, water.half_m, water.spacing_m).unwrap();
+    let grid =
+        ClassicGrid::new(index, &demand, middle, (water.half_m, water.spacing_m), &Cancel::never()).unwrap();
+    let laid_s = begun.elapsed().as_secs_f64();
     println!(
-        "  grid of {} m: {} open cells, laid out in {:.1} s; {}",
+        "  grid of {} m: {} open cells, laid out in {laid_s:.1} s; {}",
         water.spacing_m,
         grid.open_cells(),
-        begun.elapsed().as_secs_f64(),
         memory()
     );
     for (number, request) in requests.iter().enumerate() {
         let ends = [request.from, request.to];
-        grid::by_a_star(&grid, ends);
+        grid::by_a_star(&format!("{}-{number}", water.name), (&grid, laid_s * 1e3), ends);
         if let Some(folder) = std::env::var_os("LUTRA_GRIDS") {
             let file = Path::new(&folder).join(format!("{}-{number}", water.name));
             let lines = serde_json::json!({

@@ -8,6 +8,8 @@
 
 #[path = "common/grid.rs"]
 mod grid;
+#[path = "common/table.rs"]
+mod table;
 
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Area, Cell, GeoPoint, NamedBytes, Path};
@@ -16,9 +18,12 @@ use planner::{Cancel, Needs, Refusal, Request, Route, Router, SeaRoom};
 use std::path::Path as FilePath;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use table::Row;
 use testkit::Numbers;
 use units::LatLon;
 
+/// The name of the coast in the table.
+const COAST: &str = "land of Trøndelag";
 /// Routes that are asked for on each chart.
 const ROUTES: usize = 1_000;
 
@@ -35,13 +40,17 @@ fn main() {
         [&["GB4X0000", "GB5X01NE", "GB5X01NW", "GB5X01SE", "GB5X02SE"][..], &["US5WA22M"], &["US4MD81M"]]
     {
         let index = of_cells(&folder, cells);
-        for clearance_m in [25.0, 0.0, 10.0, 60.0, 190.0, 500.0] {
-            chart(&cells.join("+"), &index, 5.0, clearance_m);
+        let mut longest = None;
+        for clearance_m in [0.0, 10.0, 60.0, 190.0, 500.0, 25.0] {
+            longest = chart(&cells.join("+"), &index, 5.0, clearance_m);
+        }
+        if let Some(longest) = longest {
+            beside_grids(cells[0], &index, &longest);
         }
     }
     refusals(&folder);
     let coast = coast(&folder);
-    chart("land of Trøndelag", &coast, 0.0, 25.0);
+    chart(COAST, &coast, 0.0, 25.0);
     across_trondelag(&coast);
 }
 
@@ -58,8 +67,8 @@ fn refusals(folder: &FilePath) {
     }
 }
 
-/// Random pairs in open water.
-fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64, clearance_m: f64) {
+/// Random pairs in open water; the longest route between them.
+fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64, clearance_m: f64) -> Option<Route> {
     let needs = Needs::depth_and_clearance(depth_m, clearance_m);
     let begun = Instant::now();
     let room = SeaRoom::of_chart(index, &needs, &Arc::default(), &Cancel::never()).unwrap();
@@ -90,7 +99,8 @@ fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64, clearance_m: f64) {
         }
     }
     if asked.len() < 2 {
-        return println!("  {} routes were found: nothing to tell", asked.len());
+        println!("  {} routes were found: nothing to tell", asked.len());
+        return None;
     }
     // The first one prepared the water.
     asked.remove(0);
@@ -106,6 +116,8 @@ fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64, clearance_m: f64) {
         at(0.99)
     );
     alternatives(&router, &needs, asked.iter().map(|(_, route)| route));
+    let routes = asked.into_iter().map(|(_, route)| route);
+    routes.max_by(|one, other| one.length_m.total_cmp(&other.length_m))
 }
 
 /// The same questions with two other routes each.
@@ -204,40 +216,73 @@ fn across_trondelag(index: &Arc<DepthIndex>) {
         "\nfrom Trondheim out to sea, {:.1} km straight:",
         Leg { from: ends[0], to: ends[1] }.length_m() / 1e3
     );
-    let router = Router::new(Arc::clone(index));
     let mut moved = ends;
     for clearance_m in [0.0, 25.0] {
+        let router = Router::new(Arc::clone(index));
         let needs = Needs::depth_and_clearance(0.0, clearance_m);
-        let cold = Instant::now();
-        let route = match router.route(&request, &needs, &Cancel::never()) {
-            Ok(route) => route,
-            Err(refusal) => return println!("  {refusal}"),
-        };
-        let cold = cold.elapsed();
-        moved = [route.start, route.goal()];
-        let begun = Instant::now();
-        for _ in 0..100 {
-            router.route(&request, &needs, &Cancel::never()).unwrap();
+        let ask = || router.route(&request, &needs, &Cancel::never());
+        by_lines((COAST, clearance_m), ask);
+        if let Ok(route) = ask() {
+            moved = [route.start, route.goal()];
         }
-        println!(
-            "  {clearance_m:>2} m clear: {:.1} m in {} legs; cold {:.0} ms, warm {:.2} ms, {} intervals",
-            route.length_m,
-            route.legs.len(),
-            cold.as_secs_f64() * 1e3,
-            begun.elapsed().as_secs_f64() * 10.0,
-            route.effort.intervals
-        );
     }
     let demand = Needs::depth_and_clearance(0.0, 0.0).demand;
     let middle = LatLon::from_deg(63.56, 9.75).unwrap();
     let begun = Instant::now();
-    let grid = ClassicGrid::new(index, &demand, middle, 50_000.0, 100.0).unwrap();
+    let grid = ClassicGrid::new(index, &demand, middle, (50_000.0, 100.0), &Cancel::never()).unwrap();
     let prepared = begun.elapsed();
     println!("  classic grid of 100 m: {} open cells in {:.1} s", grid.open_cells(), prepared.as_secs_f64());
     if let Some(file) = std::env::var_os("LUTRA_GRID") {
         grid::write(FilePath::new(&file), &grid, 100.0, moved, &serde_json::Value::Null);
     }
-    grid::by_a_star(&grid, moved);
+    grid::by_a_star(COAST, (&grid, prepared.as_secs_f64() * 1e3), moved);
+}
+
+/// One route, cold and warm, and on a grid of 50 m over its water, which other planners get too.
+fn beside_grids(name: &str, index: &Arc<DepthIndex>, longest: &Route) {
+    let ends = [longest.start, longest.goal()];
+    let request = Request { move_up_to_m: 0.0, ..Request::new(ends[0], ends[1]) };
+    println!("\nthe longest of these routes in {name}, beside others:");
+    for clearance_m in [0.0, 25.0] {
+        let router = Router::new(Arc::clone(index));
+        let needs = Needs::depth_and_clearance(5.0, clearance_m);
+        by_lines((name, clearance_m), || router.route(&request, &needs, &Cancel::never()));
+    }
+    let places: Vec<LatLon> = longest.places().collect();
+    let demand = Needs::depth_and_clearance(5.0, 0.0).demand;
+    let begun = Instant::now();
+    let grid =
+        ClassicGrid::covering(index, &demand, (ends[0], &places), (2_000.0, 50.0), &Cancel::never()).unwrap();
+    let laid_ms = begun.elapsed().as_secs_f64() * 1e3;
+    if ends.iter().any(|end| grid.cell_of(*end).is_none()) {
+        return println!("  an end lies in a closed cell: no grid is searched");
+    }
+    if let Some(folder) = std::env::var_os("LUTRA_GRIDS") {
+        grid::write(&FilePath::new(&folder).join(name), &grid, 50.0, ends, &serde_json::Value::Null);
+    }
+    grid::by_a_star(name, (&grid, laid_ms), ends);
+}
+
+/// A route asked for once in water that is not prepared, and again.
+fn by_lines((water, clearance_m): (&str, f64), ask: impl Fn() -> Result<Route, Refusal>) {
+    const AGAIN: u32 = 100;
+    let begun = Instant::now();
+    let route = match ask() {
+        Ok(route) => route,
+        Err(refusal) => return println!("  {clearance_m:>2} m clear: {refusal}"),
+    };
+    let first_ms = begun.elapsed().as_secs_f64() * 1e3;
+    let begun = Instant::now();
+    (0..AGAIN).for_each(|_| drop(ask()));
+    let again_ms = begun.elapsed().as_secs_f64() * 1e3 / f64::from(AGAIN);
+    let (length_m, nodes) = (route.length_m, route.effort.intervals);
+    println!(
+        "  {clearance_m:>2} m clear: {length_m:.1} m in {} legs; cold {first_ms:.0} ms, warm {again_ms:.2} ms, {nodes} intervals",
+        route.legs.len()
+    );
+    let planner = format!("Lutra, {clearance_m} m clear, every leg checked");
+    let (planner, again_ms) = (planner.as_str(), Some(again_ms));
+    Row { water, planner, prepared_ms: None, first_ms, again_ms, length_m, nodes }.note();
 }
 
 fn of_cells(folder: &FilePath, names: &[&str]) -> Arc<DepthIndex> {

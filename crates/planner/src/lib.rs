@@ -35,7 +35,7 @@
 //!   deeper water, more distance, no ordered traffic ([`TrafficArea`]).
 //! - [`Router`] holds a chart and the rooms made of it, and answers a [`Request`] by a [`Route`] or by a [`Refusal`]
 //!   that says what is in the way.
-//! - [`classic`] is a plain A* on a grid, to compare with.
+//! - [`classic`] is a plain A* on a grid, of one cell size or of several, to compare with.
 //!
 //! SI units and radians; places are WGS 84.
 

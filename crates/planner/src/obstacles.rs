@@ -37,6 +37,8 @@ const WIDE_M: f64 = 100.0;
 /// So many corners of contours are cut out at a time: an overlay of all of a large region takes several times the memory, and where
 /// contours lie over each other many times, several times as long.
 const MOST_AT_ONCE: usize = 100_000;
+/// Sides of a line between two looks at whether the answer is still wanted, and at how many corners wait.
+const SIDES_BETWEEN_LOOKS: usize = 1_000;
 
 /// A corner on the grid.
 pub(crate) type GridPoint = [i32; 2];
@@ -145,21 +147,31 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
         let near = region.wider(2.0 * brush.radius_m + 10.0);
         let outermost = cut.outermost(near, cancel)?;
         let wanted = |a: Point, b: Point| outermost.as_ref().is_none_or(|outermost| outermost.needs(a, b));
+        let scale = |a: Point, b: Point| cut.scale(&[a, b]);
         for line in cut.lines {
-            cancel.check()?;
-            let scale = |a: Point, b: Point| cut.scale(&[a, b]);
-            brush.draw(&thin(line, thinned_m), (&near, &wanted, &scale), &mut contour, |contour| {
-                overlay.add_contour(contour, ShapeType::Clip);
-                waiting += contour.len();
-            });
-            if waiting > MOST_AT_ONCE {
-                open = without(open, std::mem::replace(&mut overlay, Overlay::new(0)));
-                waiting = 0;
+            let thinned = thin(line, thinned_m);
+            for part in parts(&thinned) {
+                cancel.check()?;
+                brush.draw(part, (&near, &wanted, &scale), &mut contour, |contour| {
+                    overlay.add_contour(contour, ShapeType::Clip);
+                    waiting += contour.len();
+                });
+                if waiting > MOST_AT_ONCE {
+                    open = without(open, std::mem::replace(&mut overlay, Overlay::new(0)));
+                    waiting = 0;
+                }
             }
         }
     }
     cancel.check()?;
     Ok(pieces(without(open, overlay)))
+}
+
+/// Parts of a line with so many sides at most, each from the end of the one before; of a point, itself.
+fn parts(line: &[Point]) -> impl Iterator<Item = &[Point]> {
+    let last = line.len().saturating_sub(1);
+    let part = move |from: usize| &line[from..(from + SIDES_BETWEEN_LOOKS + 1).min(line.len())];
+    (0..last.max(1)).step_by(SIDES_BETWEEN_LOOKS).map(part)
 }
 
 /// Pieces of tiles with sides of so many metres, each with the corners of its neighbours on common borders among its own: then
@@ -336,6 +348,25 @@ mod tests {
         ];
         // Water of the east beside the land of the west, by itself.
         vec![vec![west], vec![east], vec![vec![[20_000, 0], [30_000, 0], [30_000, 10_000], [20_000, 10_000]]]]
+    }
+
+    #[test]
+    fn a_long_line_is_cut_out_in_parts_between_which_it_can_be_called_off() {
+        let zigzag: Vec<Point> =
+            (0_u32..6_500).map(|n| Point { x: 2.0 * f64::from(n), y: 20.0 * f64::from(n % 2) }).collect();
+        let lengths: Vec<usize> = parts(&zigzag).map(<[Point]>::len).collect();
+        assert_eq!(lengths, [1_001, 1_001, 1_001, 1_001, 1_001, 1_001, 500]);
+        assert!(parts(&zigzag).zip(parts(&zigzag).skip(1)).all(|(one, next)| one.last() == next.first()));
+        assert_eq!(parts(&zigzag[..1]).map(<[Point]>::len).collect::<Vec<_>>(), [1]);
+        let region = Region { min: Point { x: -100.0, y: -100.0 }, max: Point { x: 13_100.0, y: 120.0 } };
+        let looks = Cell::new(0);
+        let wanted = || {
+            looks.set(looks.get() + 1);
+            looks.get() < 4
+        };
+        let lines = [zigzag];
+        let cut = Cut { lines: &lines, clearance_m: 5.0, plane: None, closed_m: None };
+        assert_eq!(cut_out(region, &[cut], &Cancel::unless(&wanted)), Err(PlanError::Cancelled));
     }
 
     #[test]

@@ -42,6 +42,8 @@ const TILE: f64 = 6.0;
 const LEAST_TILE_M: f64 = 400.0;
 /// Water is prepared along a lead only if that is at most this share of the region.
 const LITTLE: f64 = 0.3;
+/// A way from where an end is moved to is taken for one from where it was asked for up to so far (m).
+const MOVED_M: f64 = 300.0;
 /// Water is prepared so far around the ends at least (m).
 const AROUND_M: f64 = 300.0;
 
@@ -317,7 +319,8 @@ impl<'a> Search<'a> {
     /// A way from one end to the other by open squares and through the middle of a gap, whose every leg the chart confirms for
     /// as much clearance as is cut out of prepared water at most: there a route is found then.
     ///
-    /// Not where ends are moved, which may stand elsewhere in other water, nor where zones close some of it.
+    /// An end that is moved may stand elsewhere in other water, so the way leads on to where it was asked for: open there, it stands
+    /// there. Not where ends are moved far, nor where zones close some of the water.
     fn by_legs(
         &self,
         lead: &Lead,
@@ -325,7 +328,9 @@ impl<'a> Search<'a> {
         (needs, zones): (&Needs, &Zones),
     ) -> Result<Option<Found>, PlanError> {
         let plane = self.room.plane();
-        if self.moved || !zones.borders(plane).is_empty() {
+        let asked = self.asked();
+        let moved_m = [0, 1].map(|end| ends[end].distance_m(asked[end]));
+        if moved_m.into_iter().any(|moved_m| moved_m > MOVED_M) || !zones.borders(plane).is_empty() {
             return Ok(None);
         }
         let wide_m = needs.reach_m() + self.wider_m;
@@ -333,7 +338,9 @@ impl<'a> Search<'a> {
             + self.wider_m
             + plane.scale(ends[0]).max(plane.scale(ends[1])) * (cut_out_m(wide_m) - wide_m)
             + SLACK_M;
-        let points = points(lead, ends, gap);
+        let way = points(lead, ends, gap);
+        let mut points: Vec<Point> = [asked[0]].into_iter().chain(way).chain([asked[1]]).collect();
+        points.dedup();
         let leg =
             |from: usize, to: usize| Leg { from: plane.place(points[from]), to: plane.place(points[to]) };
         let is_clear = |from: usize, to: usize| {
@@ -352,6 +359,11 @@ impl<'a> Search<'a> {
             at = next;
         }
         Ok(Some(Found { shallowest: shallowest.map(|(_, at)| at) }))
+    }
+
+    /// Where start and goal were asked for.
+    fn asked(&self) -> [Point; 2] {
+        [self.request.from, self.request.to].map(|place| self.room.plane().point(place))
     }
 
     /// The route in water that was prepared for smaller demands, if there is one.
@@ -374,7 +386,7 @@ impl<'a> Search<'a> {
         let near = |at: Point, by_m: f64| grid.tiles_in(Region { min: at, max: at }.wider(by_m));
         let mut tiles: BTreeSet<Tile> = lead.squares.iter().flat_map(|(at, _)| near(*at, beside_m)).collect();
         if self.moved {
-            let asked = [self.request.from, self.request.to].map(|place| self.room.plane().point(place));
+            let asked = self.asked();
             let move_m = self.request.move_up_to_m + beside_m;
             tiles.extend(asked.into_iter().flat_map(|at| near(at, move_m)));
         }
@@ -464,4 +476,45 @@ fn tenths(value: f64) -> f64 {
 /// Rounded down to what is said of it: whole metres, or tenths below 10 m.
 fn presentable(value_m: f64) -> f64 {
     if value_m < 10.0 { tenths(value_m) } else { value_m.floor() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use testkit::sea::{Ground, Sea};
+    use units::{LocalFrame, LocalPoint};
+
+    /// Two islands 110 m apart with the start to the south of them, and an islet beside it, so that it is moved for 60 m.
+    fn found(islet_off_m: f64) -> Option<bool> {
+        let middle = LatLon::from_deg(63.44, 10.35).unwrap();
+        let at = |north_m, east_m| LocalPoint { north_m, east_m };
+        let sea = Sea::new(middle, 2_000.0, 30.0)
+            .with(Ground::Land, at(0.0, 1_055.0), 1_000.0, 4)
+            .with(Ground::Land, at(0.0, -1_055.0), 1_000.0, 4)
+            .with(Ground::Land, at(-1_000.0, 5.0 + islet_off_m), 5.0, 8);
+        let index = sea.index();
+        let place = |point| LocalFrame::new(middle).to_place(point);
+        let request = Request {
+            move_up_to_m: 400.0,
+            ..Request::new(place(at(-1_000.0, 0.0)), place(at(1_000.0, 0.0)))
+        };
+        let needs = Needs::depth_and_clearance(5.0, 60.0);
+        let cancel = Cancel::never();
+        let halves_m = (2_500.0, 2_500.0);
+        let room = SeaRoom::around(&index, (&needs, &Arc::default()), middle, halves_m, &cancel).unwrap();
+        let search = Search::new(&room, &index, &request, &cancel)?;
+        assert!(search.moved, "the islet is nearer than 60 m");
+        let needs = Needs { clearance_m: 25.0, ..needs };
+        let reach = search.reach(&needs, room.zones());
+        let (ends, depth_m) = (search.ends[0], needs.demand.needed_m());
+        let lead = lead(&search.walls, room.region, (ends, reach, depth_m), &cancel).unwrap()?;
+        let by_legs = search.by_legs(&lead, (ends, None), (&needs, room.zones())).unwrap();
+        Some(by_legs.is_some())
+    }
+
+    #[test]
+    fn a_moved_end_is_confirmed_by_legs_where_the_asked_place_is_clear_for_less() {
+        assert_eq!(found(45.0), Some(true), "with 25 m it is not moved any more");
+        assert_eq!(found(15.0), Some(false), "with 25 m it is moved too, perhaps elsewhere");
+    }
 }
