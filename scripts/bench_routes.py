@@ -2,7 +2,9 @@
 
 import json
 import math
+import os
 import pathlib
+import resource
 import sys
 import time
 
@@ -11,6 +13,8 @@ import pyastar2d
 from skimage.graph import MCP_Geometric
 
 ROUNDS = 5
+# The water that the file is of.
+WATER = pathlib.Path(sys.argv[1]).name
 
 
 def length_m(way, spacing_m):
@@ -24,7 +28,13 @@ def measure(name, spacing_m, find):
         begun = time.perf_counter()
         way = find()
         took_s.append(time.perf_counter() - begun)
-    print(f"  {name}: {length_m(way, spacing_m):.1f} m, {sorted(took_s)[ROUNDS // 2] * 1e3:.0f} ms")
+    first_ms, again_ms = took_s[0] * 1e3, sorted(took_s)[ROUNDS // 2] * 1e3
+    print(f"  {name}: {length_m(way, spacing_m):.1f} m, {again_ms:.0f} ms")
+    if table := os.environ.get("LUTRA_TABLE"):
+        most_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
+        row = [WATER, name, "-", f"{first_ms:.2f}", f"{again_ms:.2f}", f"{length_m(way, spacing_m):.1f}", "-", str(most_mib)]
+        with open(table, "a", encoding="utf-8") as file:
+            print(*row, sep="\t", file=file)
 
 
 def main():
@@ -41,9 +51,9 @@ def main():
         search.find_costs([start], [goal])
         return search.traceback(goal)
 
-    print(f"{pathlib.Path(sys.argv[1]).name}, the same cells, 8 neighbours:")
-    measure("scikit-image, MCP_Geometric", spacing_m, by_mcp)
-    measure("pyastar2d", spacing_m, lambda: pyastar2d.astar_path(costs, start, goal, allow_diagonal=True))
+    print(f"{WATER}, the same cells, 8 neighbours:")
+    measure("scikit-image, MCP_Geometric, 8 neighbours", spacing_m, by_mcp)
+    measure("pyastar2d, 8 neighbours", spacing_m, lambda: pyastar2d.astar_path(costs, start, goal, allow_diagonal=True))
 
 
 main()

@@ -8,7 +8,7 @@ use crate::web::{Kind, Need};
 use api::{DatasetShare, Role, SharedDataset};
 use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
-use serde_json::{Value, json};
+use serde_json::json;
 use sha2::{Digest as _, Sha256};
 use shore::clock::Clock;
 use shore::identity::{password, persons};
@@ -186,8 +186,13 @@ async fn an_account_without_a_role_sees_nothing_else_of_the_server() {
             tells_nothing(&answer, route.path, "Salmon in the fjord");
         }
         if matches!(route.need, Need::Somewhere(_)) && route.kind == Kind::Api {
-            let code = serde_json::from_str::<Value>(&answer.body).unwrap()["code"].clone();
-            assert_eq!(code, "no_role", "{} {}", route.method, route.path);
+            assert!(
+                answer.body.contains("\"code\":\"no_role\""),
+                "{} {}: {}",
+                route.method,
+                route.path,
+                answer.body
+            );
         }
     }
     let anonymous = scene.shore.send(Request::get("/api/v1/shared"), Body::empty()).await;

@@ -125,6 +125,46 @@ fn plan_route(data: &Path, arguments: &[&str]) -> Output {
     command.args(["plan", "route"]).args(arguments).arg("--data").arg(data).output().unwrap()
 }
 
+/// The grid search of the thesis beside the exact route, in words and in JSON, and what it refuses.
+fn beside_the_classic_grid(data: &Path, ends: &[&str]) {
+    let asked = |more: &[&str]| plan_route(data, &[ends, &["--clearance", "0", "--classic"], more].concat());
+    let words = asked(&["--resolution", "20"]);
+    assert!(words.status.success(), "{words:?}");
+    let words = String::from_utf8(words.stdout).unwrap();
+    for part in ["legs refused", "exact route ", "grid of 20 m ", "grid of 20 to "] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    let rows = |more: &[&str]| {
+        let output = asked(&[more, &["--json"]].concat());
+        assert!(output.status.success(), "{output:?}");
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        answer["classic"].as_array().unwrap().clone()
+    };
+    let [eight, sixteen, dijkstra] = [&[][..], &["--neighbours", "16"], &["--weight", "0"]]
+        .map(|more| rows(&[&["--resolution", "20"], more].concat()));
+    let number = |rows: &[Value], row: usize, name: &str| rows[row][name].as_f64().unwrap();
+    let exact_m = number(&eight, 0, "length_m");
+    assert_eq!(eight[0]["legs_refused"], 0, "{eight:?}");
+    assert!(exact_m < number(&eight, 1, "length_m"), "{eight:?}");
+    assert!(number(&sixteen, 1, "length_m") < number(&eight, 1, "length_m"), "{sixteen:?} {eight:?}");
+    assert!(number(&eight, 1, "closed") < number(&dijkstra, 1, "closed"), "{eight:?} {dijkstra:?}");
+    assert!((number(&eight, 1, "length_m") - number(&dijkstra, 1, "length_m")).abs() < 0.1);
+    assert!(number(&eight, 2, "cells") < number(&eight, 1, "cells") / 2.0, "{eight:?}");
+    assert_eq!(rows(&[])[1]["search"], "grid of 5 m", "the finest of a million cells");
+    for (wrong, remedy) in [
+        (&["--resolution", "0.2"][..], "give a resolution of 1 m or more"),
+        (&["--resolution", "-3"], "--resolution: give a size above 0 m"),
+        (&["--resolution", "5000"], "give a finer --resolution"),
+        (&["--weight", "nan"], "--weight: give a weight of 0 to 100"),
+        (&["--neighbours", "4"], "give 8 or 16"),
+        (&["--via", "63.44,10.33"], "cannot be used with"),
+    ] {
+        let output = asked(wrong);
+        let complaint = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && complaint.contains(remedy), "{wrong:?}: {complaint}");
+    }
+}
+
 /// One route as text, as GPX and as a plan that passes the chart's check; many from a file, with an answer for each line.
 #[test]
 fn routes_are_planned_by_the_command_line() {
@@ -200,6 +240,8 @@ fn routes_are_planned_by_the_command_line() {
         String::from_utf8_lossy(&refused.stderr).contains("line 2: time: now is not a time"),
         "{refused:?}"
     );
+
+    beside_the_classic_grid(&data, &ends);
 
     let pairs = folder.path().join("pairs.jsonl");
     let lines = [

@@ -46,7 +46,9 @@ impl Request for Add {
 
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
         let id = add(db, &self.name, &self.password_hash, self.must_change, self.now).await?;
-        set_permission(db, id, self.vessel, self.role).await?;
+        if self.role.is_some() {
+            set_permission(db, id, self.vessel, self.role).await?;
+        }
         Ok(id)
     }
 }

@@ -960,6 +960,10 @@ label: string,
  */
 has_password: boolean, 
 /**
+ * The account that alone opens it; null where whoever has the address does.
+ */
+person: string | null, 
+/**
  * When it ends.
  */
 expires_us: number, 
@@ -1018,9 +1022,43 @@ export type DatasetShareMade = {
  */
 share: DatasetShare, 
 /**
- * Its path on this server: `/s/…`. It gives access to the data without a login.
+ * Its path on this server: `/s/…`. It gives access to the data without a login, unless it is for one account.
  */
 path: string, };
+
+export type SharedDataset = { 
+/**
+ * The path of its page on this server; its files lie below.
+ */
+path: string, 
+/**
+ * The title of the dataset.
+ */
+title: string, 
+/**
+ * The version that is shared.
+ */
+version: number, 
+/**
+ * How to cite it.
+ */
+citation: string, 
+/**
+ * Detections that it gives.
+ */
+rows: number, 
+/**
+ * The day on which the embargo ends; empty where there is none.
+ */
+embargo_until: string, 
+/**
+ * Who shared it, and when.
+ */
+made: LogWord, 
+/**
+ * When the share ends.
+ */
+expires_us: number, };
 
 export type DatasetShareRequest = { 
 /**
@@ -1039,6 +1077,10 @@ days: number,
  * A password that is also required; none when empty.
  */
 password: string, 
+/**
+ * The name of the account that alone opens it; whoever has the address when null.
+ */
+person: string | null, 
 /**
  * Only what was reported from this time on.
  */

@@ -1,5 +1,6 @@
 //! `lutra-server plan`: plans without a running server.
 
+mod classic;
 mod objective;
 mod route;
 mod zones;

@@ -1,5 +1,6 @@
 //! `plan route`: one route, or one for each line of a file.
 
+use super::classic::ClassicArguments;
 use super::objective::ObjectiveArguments;
 use super::zones;
 use crate::cli::Common;
@@ -45,6 +46,7 @@ const LONGEST_LINE: usize = 64 * 1024;
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --objective fastest --current-field tide.csv
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --prefer-depth 20 --prefer-off 100
   lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --clearance 0 --classic --resolution 50 --neighbours 16
 
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
   {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5, \"clearance\": 25}
@@ -100,6 +102,8 @@ pub(super) struct RouteArguments {
     within: Option<PathBuf>,
     #[command(flatten)]
     objective: ObjectiveArguments,
+    #[command(flatten)]
+    classic: ClassicArguments,
     /// Height of the water above chart datum (m).
     #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
     water_level: f64,
@@ -152,6 +156,7 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     }
     let radius = arguments.turn_radius.unwrap_or(0.0);
     ensure!((0.0..=2_000.0).contains(&radius), "--turn-radius: give a radius of 0 to 2000 m");
+    arguments.classic.validate()?;
     let format = arguments.output.as_deref().map(format).transpose()?;
     let config = common.load(Vec::new())?;
     let (db, limits) = (arguments.db.clone().unwrap_or_else(|| config.chart_set()), config.charts.limits());
@@ -257,6 +262,13 @@ impl Terms<'_> {
         match self.router.route_by(places, request, needs, &cancel) {
             Ok(route) => {
                 let time_us = began.elapsed().as_micros();
+                let took_ms = began.elapsed().as_secs_f64() * 1e3;
+                let compared = if arguments.classic.is_asked() {
+                    let index = self.router.index();
+                    Some(arguments.classic.compared(index, (&route, took_ms), needs, &cancel)?)
+                } else {
+                    None
+                };
                 if let (Some(out), Some(format)) = (&arguments.output, format) {
                     let speed_mps = route.speed_mps(&self.objective);
                     let slow = write(out, format, &route, (speed_mps, &route.reckon(&self.objective)))?;
@@ -277,11 +289,17 @@ impl Terms<'_> {
                     let others = route.alternatives.iter();
                     let others = others.map(|other| self.described(&Value::Null, other, time_us));
                     answer["alternatives"] = others.collect();
+                    if let Some(compared) = compared {
+                        answer["classic"] = compared.json();
+                    }
                     say!("{answer}");
                 } else {
                     self.print(&route, needs);
                     self.print_shortest(&route, needs);
                     self.print_alternatives(&route, needs);
+                    if let Some(compared) = compared {
+                        compared.print();
+                    }
                 }
                 Ok(())
             }
