@@ -37,7 +37,8 @@ test("what is wrong is said at its field", () => {
 
 test("a link asks for what its fields say", () => {
   const ask = shareAsk({ ...NEW_SHARE, label: " Ola ", precision: "1000", tags: "101,102" }, 2);
-  assert.deepEqual(ask, { version: 2, label: "Ola", days: 30, password: "", from_us: null, to_us: null, tags: ["101", "102"], area: "", precision_m: 1_000 });
+  assert.deepEqual(ask, { version: 2, label: "Ola", days: 30, password: "", person: null, from_us: null, to_us: null, tags: ["101", "102"], area: "", precision_m: 1_000 });
+  assert.equal(shareAsk({ ...NEW_SHARE, person: " ola " }, 2).person, "ola");
 });
 
 test("question and extent are said in words", () => {

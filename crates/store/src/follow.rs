@@ -446,7 +446,9 @@ impl Follower {
     /// Counts days as not read, before they are removed from the archive. What came on them stays known while a month may have it.
     pub(crate) fn unread(&mut self, days: &[DayKey]) -> Result<()> {
         let history = self.history()?;
-        days.iter().for_each(|key| history.unread_gone(*key));
+        for key in days {
+            history.unread_gone(*key);
+        }
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use api::{Mission, MissionSummary, Missions, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use imc::messages::{
-    Current, EstimatedState, FuelLevel, PlanControlState, PlanControlStateState, TBRFishTag, Voltage,
+    Current, EstimatedState, FuelLevel, PlanControlState, PlanControlStateState as Plan, TBRFishTag, Voltage,
 };
 use serde_json::{Value, json};
 
@@ -119,10 +119,12 @@ async fn the_history_tells_distance_hours_battery_and_tags_of_a_mission() {
             said.push((4, time_us, Voltage { value: 12.0 }.into()));
             said.push((4, time_us, Current { value: 2.0 }.into()));
         }
-        use PlanControlStateState::{Executing, Ready};
-        for (second, state, plan_id) in
-            [(1, Ready, "old"), (5, Executing, "rows"), (6, Executing, "rows"), (9, Executing, "home")]
-        {
+        for (second, state, plan_id) in [
+            (1, Plan::Ready, "old"),
+            (5, Plan::Executing, "rows"),
+            (6, Plan::Executing, "rows"),
+            (9, Plan::Executing, "home"),
+        ] {
             let plan_id = plan_id.into();
             let plan = PlanControlState { state, plan_id, ..PlanControlState::default() };
             said.push((5, START_US + second * 1_000_000, plan.into()));

@@ -21,7 +21,7 @@ impl From<ShareClosed> for ApiError {
         let text = closed.said();
         match closed {
             ShareClosed::Unknown => Self::not_found(text),
-            ShareClosed::LogIn => Self { text: text.into(), ..Self::not_logged_in() },
+            ShareClosed::LogIn => Self { text, ..Self::not_logged_in() },
             ShareClosed::Revoked => Self::new(StatusCode::GONE, "revoked", text),
             ShareClosed::Expired => Self::new(StatusCode::GONE, "expired", text),
             ShareClosed::Withdrawn(_) | ShareClosed::WithdrawnUntold => {

@@ -217,9 +217,8 @@ async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
     for route in router::table() {
         for (role, everywhere, own, elsewhere) in &tokens {
             let (all, some, other) = match route.need {
-                Need::Anyone => (true, true, true),
+                Need::Anyone | Need::Account => (true, true, true),
                 Need::Session | Need::Link => (false, false, false),
-                Need::Account => (true, true, true),
                 Need::Somewhere(least) => (*role >= least, *role >= least, *role >= least),
                 Need::OnVessel(least) => (*role >= least, *role >= least, false),
                 Need::Everywhere(least) => (*role >= least, false, false),

@@ -29,15 +29,14 @@ pub(crate) struct Seen(Option<(i64, Open)>);
 
 impl Seen {
     fn read(&mut self, connection: &Connection, rolled: i64) -> rusqlite::Result<&Open> {
-        let one = match self.0.take().filter(|(seen, _)| *seen == rolled) {
-            Some(one) => one,
-            None => {
-                let mut find = connection.prepare_cached("SELECT body FROM _rolled WHERE rolled=?1")?;
-                let body = find.query_row([rolled], |row| {
-                    Ok(open(row.get_ref(0)?.as_blob()?).map_err(|why| damaged(rolled, why)))
-                })?;
-                (rolled, body?)
-            }
+        let one = if let Some(one) = self.0.take().filter(|(seen, _)| *seen == rolled) {
+            one
+        } else {
+            let mut find = connection.prepare_cached("SELECT body FROM _rolled WHERE rolled=?1")?;
+            let body = find.query_row([rolled], |row| {
+                Ok(open(row.get_ref(0)?.as_blob()?).map_err(|why| damaged(rolled, why)))
+            })?;
+            (rolled, body?)
         };
         Ok(&self.0.insert(one).1)
     }
