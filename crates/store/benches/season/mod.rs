@@ -57,7 +57,9 @@ fn packets(recording: &Path) -> Vec<(i64, Vec<u8>)> {
         }
     }
     let first_us = packets[0].0;
-    packets.iter_mut().for_each(|(time_us, _)| *time_us -= first_us);
+    for (time_us, _) in &mut packets {
+        *time_us -= first_us;
+    }
     packets.retain(|(time_us, _)| (0..ROUND_US).contains(time_us));
     packets
 }

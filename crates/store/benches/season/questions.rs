@@ -89,7 +89,9 @@ fn both<T: Debug>(what: &str, folders: &Folders, ask: impl Fn(&mut Reader) -> T)
         }
     }
     assert!(answers[0] == answers[1], "{what}: {} and {}", answers[0], answers[1]);
-    took.iter_mut().for_each(|took| took.sort_by(f64::total_cmp));
+    for took in &mut took {
+        took.sort_by(f64::total_cmp);
+    }
     let [plain, packed] = &took;
     println!(
         "| {what} | {:.1} ms (longest {:.1}) | {:.1} ms (longest {:.1}) | {:.2} |",
