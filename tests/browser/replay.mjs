@@ -128,7 +128,8 @@ await inBrowser(async (open) => {
       await button("−1 s, step back").click();
       if (struck === 0) break;
       const longestMs = Math.max(...answered.slice(1).map((at, before) => at - answered[before]));
-      check(longestMs > 1_200, `speed or heading was struck in ${struck} of the looks at a fast replay, whose answers came within ${longestMs} ms`);
+      // The answer that stands may be of as long before, so that two of these make values old.
+      check(longestMs > 900, `speed or heading was struck in ${struck} of the looks at a fast replay, whose answers came within ${longestMs} ms`);
       if (tries === 5) {
         console.log(`each of six replays had answers that took as long as ${longestMs} ms: whether values are struck is left to web/test/replay.test.mjs`);
         break;
