@@ -273,7 +273,7 @@ pub struct DatasetShareRequest {
     pub days: u32,
     /// A password that is also required; none when empty.
     pub password: String,
-    /// The name of the account that alone opens it; whoever has the address when null.
+    /// Name of the one account that can open it. Null: anyone with the address.
     pub person: Option<String>,
     /// Only what was reported from this time on.
     #[cfg_attr(test, ts(type = "number | null"))]
@@ -302,7 +302,7 @@ pub struct DatasetShare {
     pub label: String,
     /// Whether it asks for a password.
     pub has_password: bool,
-    /// The account that alone opens it; null where whoever has the address does.
+    /// The one account that can open it. Null: anyone with the address.
     #[serde(default)]
     pub person: Option<String>,
     /// When it ends.
@@ -365,7 +365,7 @@ pub struct SharedDataset {
     /// Detections that it gives.
     #[cfg_attr(test, ts(type = "number"))]
     pub rows: u64,
-    /// The day on which the embargo ends; empty where there is none.
+    /// Day on which the embargo ends. Empty: no embargo.
     pub embargo_until: String,
     /// Who shared it, and when.
     pub made: LogWord,

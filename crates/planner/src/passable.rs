@@ -319,8 +319,8 @@ impl<'a> Search<'a> {
     /// A way from one end to the other by open squares and through the middle of a gap, whose every leg the chart confirms for
     /// as much clearance as is cut out of prepared water at most: there a route is found then.
     ///
-    /// An end that is moved may stand elsewhere in other water, so the way leads on to where it was asked for: open there, it stands
-    /// there. Not where ends are moved far, nor where zones close some of the water.
+    /// Other water may move an end to another place. So the way must lead on to the place that was asked for, and that leg must be
+    /// clear. It gives no answer where an end was moved far, or where zones close some of the water.
     fn by_legs(
         &self,
         lead: &Lead,

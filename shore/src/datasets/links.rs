@@ -23,7 +23,7 @@ pub(super) struct Add {
     pub(super) hash: [u8; 32],
     /// The password's hash.
     pub(super) password: Option<String>,
-    /// The number of the account that alone opens it.
+    /// Number of the one account that can open it.
     pub(super) person: Option<i64>,
     pub(super) share: DatasetShare,
 }
@@ -119,7 +119,7 @@ pub(super) struct Led {
     pub(super) share: DatasetShare,
     /// The password's hash.
     pub(super) password: Option<String>,
-    /// The number of the account that alone opens it.
+    /// Number of the one account that can open it.
     pub(super) person: Option<i64>,
     pub(super) dataset: Row,
 }

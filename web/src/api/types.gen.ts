@@ -960,7 +960,7 @@ label: string,
  */
 has_password: boolean, 
 /**
- * The account that alone opens it; null where whoever has the address does.
+ * The one account that can open it. Null: anyone with the address.
  */
 person: string | null, 
 /**
@@ -1048,7 +1048,7 @@ citation: string,
  */
 rows: number, 
 /**
- * The day on which the embargo ends; empty where there is none.
+ * Day on which the embargo ends. Empty: no embargo.
  */
 embargo_until: string, 
 /**
@@ -1078,7 +1078,7 @@ days: number,
  */
 password: string, 
 /**
- * The name of the account that alone opens it; whoever has the address when null.
+ * Name of the one account that can open it. Null: anyone with the address.
  */
 person: string | null, 
 /**

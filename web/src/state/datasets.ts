@@ -143,7 +143,7 @@ export interface ShareFields {
   readonly label: string;
   readonly days: string;
   readonly password: string;
-  /** The account that alone opens it; empty for whoever has the address. */
+  /** The one account that can open it. Empty: anyone with the address. */
   readonly person: string;
   readonly precision: string;
   readonly from: string;

@@ -45,7 +45,7 @@ pub enum ClassicError {
         /// A size of which there are not too many (m).
         enough_m: f64,
     },
-    /// Nobody waits for the answer, or its time is used up.
+    /// The search was cancelled, or its time is over.
     #[error(transparent)]
     Plan(#[from] PlanError),
 }

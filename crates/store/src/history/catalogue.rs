@@ -129,7 +129,7 @@ impl Catalogue {
         self.progress.iter().filter(may_hold).map(|(day, progress)| (*day, *progress)).collect()
     }
 
-    /// A month's file is lost: these days are read again. Of those that the archive lacks, `gone`, it stays known what came on them.
+    /// A month's file is lost: these days are read again. Days that the archive lacks (`gone`) stay in the list of recorded days.
     /// This is on the disk before it returns.
     pub(crate) fn unread_month(&mut self, key: MonthKey, days: &[DayKey], gone: &[DayKey]) -> Result<()> {
         let unread = || -> rusqlite::Result<()> {
@@ -160,7 +160,7 @@ impl Catalogue {
         Ok(())
     }
 
-    /// A day is gone from the archive: nothing of it counts as read, and it stays known what came on it.
+    /// A day is gone from the archive: nothing of it counts as read, and it stays in the list of recorded days.
     pub(crate) fn unread_gone(&mut self, key: DayKey) {
         let extent = self.progress(key).extent;
         self.set_progress(key, Progress { lengths: Lengths::default(), extent });
