@@ -171,7 +171,10 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
 }
 
 fn role_or_none(text: &str) -> anyhow::Result<Option<Role>> {
-    if text == "none" { Ok(None) } else { text.parse().map(Some).map_err(anyhow::Error::msg) }
+    if text == "none" {
+        return Ok(None);
+    }
+    text.parse().map(Some).map_err(|why: String| anyhow::anyhow!("{why}, or none for no role"))
 }
 
 /// `lutra-server token`.
@@ -235,7 +238,10 @@ fn list_people(people: Vec<Person>) {
             None => given.role.to_string(),
             Some(vessel) => format!("{} on 0x{vessel:04X}", given.role),
         });
-        let roles: Vec<String> = roles.collect();
+        let mut roles: Vec<String> = roles.collect();
+        if roles.is_empty() {
+            roles.push("none".to_owned());
+        }
         let pending = if person.must_change_password { "\tone-time password" } else { "" };
         say!("{}\t{}{pending}", person.name, roles.join(", "));
     }

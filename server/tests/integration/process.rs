@@ -144,7 +144,11 @@ fn the_command_line_manages_people_without_and_beside_a_server() {
     let mut passwd = passwd.spawn().unwrap();
     passwd.stdin.take().unwrap().write_all(b"seven small boats\n").unwrap();
     assert!(passwd.wait().unwrap().success());
-    assert_eq!(printed(&run(data, &["user", "list"])), "anna\tviewer\nnils\tadmin\tone-time password");
+    printed(&run(data, &["user", "add", "ola", "--role", "none"]));
+    assert_eq!(
+        printed(&run(data, &["user", "list"])),
+        "anna\tviewer\nnils\tadmin\tone-time password\nola\tnone\tone-time password"
+    );
 
     let server = Server::start(data, &[]);
     let token = printed(&run(data, &["token", "create", "--person", "anna", "--label", "R"]));
@@ -180,6 +184,8 @@ fn mistakes_are_told_with_their_remedy() {
         assert!(!output.status.success() && told.contains(text), "{arguments:?}: {told}");
     };
     wrong(&["user", "add", "a b", "--role", "admin"], "1 to 64 letters");
+    wrong(&["user", "add", "ola", "--role", "none"], "The server needs an admin");
+    wrong(&["user", "add", "ola", "--role", "captain"], "operator or admin, or none for no role");
     wrong(&["user", "passwd", "nobody"], "There is no person nobody");
     wrong(&["token", "create", "--link", "otter"], "lutra-server vessel list");
     wrong(&["serve", "--listen", "0.0.0.0:0"], "beyond loopback");

@@ -46,8 +46,10 @@ impl Request for Add {
 
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
         let id = add(db, &self.name, &self.password_hash, self.must_change, self.now).await?;
-        if self.role.is_some() {
-            set_permission(db, id, self.vessel, self.role).await?;
+        match self.role {
+            Some(_) => set_permission(db, id, self.vessel, self.role).await?,
+            // The first person must be an admin, or nobody could ever manage the server.
+            None => somebody_manages(db).await?,
         }
         Ok(id)
     }
@@ -336,6 +338,25 @@ mod tests {
             assert!(add(&mut db, name, "x", false, NOW).await.is_err(), "{name:?}");
         }
         assert!(add(&mut db, "åse.næss-2@ntnu.no", "x", false, NOW).await.is_ok());
+    }
+
+    #[tokio::test]
+    async fn the_first_person_is_an_admin_and_a_later_one_may_have_no_role() {
+        let add = |name: &str, role| Add {
+            name: name.to_owned(),
+            password_hash: "x".to_owned(),
+            must_change: false,
+            vessel: None,
+            role,
+            now: NOW,
+        };
+        for role in [None, Some(Role::Viewer)] {
+            let refused = add("ola", role).run(&mut fresh().await).await.unwrap_err();
+            assert!(refused.to_string().contains("needs an admin"), "{role:?}: {refused}");
+        }
+        let (mut db, _) = with_admin().await;
+        let ola = add("ola", None).run(&mut db).await.unwrap();
+        assert_eq!(permissions(&mut db, ola).await.unwrap(), []);
     }
 
     #[tokio::test]
